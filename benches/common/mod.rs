@@ -1,0 +1,72 @@
+//! What the benchmarks share: processor time, means with their confidence intervals, arguments, the JSON file.
+
+#![allow(dead_code)] // each benchmark uses its part
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use cpu_time::ProcessTime;
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// Processor seconds (of all threads) and wall-clock seconds of `work`. The former hardly notice who else uses the machine.
+pub fn time<T>(work: impl FnOnce() -> T) -> (T, f64, f64) {
+    let (cpu, wall) = (ProcessTime::now(), Instant::now());
+    let result = work();
+    (result, cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64())
+}
+
+/// A mean over repetitions and half the width of its 95 % confidence interval (Student's t).
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Estimate {
+    pub mean: f64,
+    pub half_width: f64,
+}
+
+impl Estimate {
+    pub fn of(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        if values.len() < 2 {
+            return Self { mean, half_width: f64::INFINITY };
+        }
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let t = StudentsT::new(0.0, 1.0, n - 1.0).expect("positive freedom").inverse_cdf(0.975);
+        Self { mean, half_width: t * (variance / n).sqrt() }
+    }
+
+    pub fn show(&self, digits: usize) -> String {
+        format!("{:.digits$} ± {:.digits$}", self.mean, self.half_width)
+    }
+}
+
+/// The number after `--name` on the command line. cargo's own `--bench` is passed over.
+pub fn argument(name: &str, default: u64) -> u64 {
+    text_argument(name).map_or(default, |text| {
+        text.parse().unwrap_or_else(|_| {
+            eprintln!("--{name} wants a whole number, not \"{text}\"");
+            std::process::exit(2);
+        })
+    })
+}
+
+/// The word after `--name`.
+pub fn text_argument(name: &str) -> Option<String> {
+    let mut arguments = std::env::args().skip_while(|a| a.strip_prefix("--") != Some(name)).skip(1);
+    arguments.next()
+}
+
+/// The command as it was given.
+pub fn command() -> String {
+    std::env::args().collect::<Vec<_>>().join(" ")
+}
+
+/// Writes `value` to `target/NAME.json` and says so.
+pub fn write_json(name: &str, value: &impl Serialize) {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target").join(name).with_extension("json");
+    let text = serde_json::to_string_pretty(value).expect("plain data");
+    match std::fs::write(&path, text) {
+        Ok(()) => println!("written: {}", path.display()),
+        Err(error) => eprintln!("cannot write {}: {error}", path.display()),
+    }
+}

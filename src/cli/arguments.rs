@@ -1,0 +1,168 @@
+//! The command line's grammar, and raw flags made into checked settings.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{ArgGroup, Args, Parser, Subcommand};
+
+use crate::film::FilmOverrides;
+use crate::geometry::Backend;
+use crate::render::{Budget, LightSelection, PngOutput, RenderSettings};
+
+/// Renders scenes with very many lights and OpenVDB volumes.
+#[derive(Debug, Parser)]
+#[command(name = "lanternfish", version, arg_required_else_help = true, after_help = super::EXIT_CODES_HELP)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a pbrt-v4 scene to OpenEXR.
+    Render(RenderArguments),
+    /// Say what is in a scene, a .vdb or an .exr file; for a scene also what a render of it would build.
+    Info(InfoArguments),
+    /// Compare two OpenEXR images of the same size and crop.
+    Compare(CompareArguments),
+    /// Write one of the project's own scenes to a folder.
+    Scene(SceneArguments),
+}
+
+/// `lanternfish render`.
+#[derive(Args, Debug)]
+#[command(group = ArgGroup::new("budget"))]
+pub struct RenderArguments {
+    /// The scene: pbrt-v4 text, may be gzipped.
+    pub scene: PathBuf,
+    /// The OpenEXR file to write [default: what the scene's Film says, else the scene's name].
+    #[arg(short, long, value_name = "OUT.exr")]
+    pub output: Option<PathBuf>,
+    /// Also write a PNG: to FILE, or beside the OpenEXR file. Without FILE, give it after SCENE.
+    #[arg(long, value_name = "FILE", num_args = 0..=1)]
+    pub png: Option<Option<PathBuf>>,
+    /// Samples per pixel [default: what the scene's Sampler says].
+    #[arg(long, group = "budget", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=0x7fff_ffff))]
+    pub spp: Option<u32>,
+    /// Render for this long.
+    #[arg(long, group = "budget", value_name = "SECONDS", value_parser = above_zero)]
+    pub time: Option<f64>,
+    /// Render until the relative error of the image is estimated to be at most this, e.g. 0.01.
+    #[arg(long, group = "budget", value_name = "E", value_parser = above_zero)]
+    pub error: Option<f64>,
+    /// Seed of the random numbers: another seed, another noise [default: what the scene's Sampler says, else 0].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+    /// Threads [default: one per processor]. The image does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// How a light is chosen.
+    #[arg(long, value_enum, default_value_t = LightSelection::Auto)]
+    pub lights: LightSelection,
+    /// Which library traces rays [default: embree where built in].
+    #[arg(long, value_enum)]
+    pub backend: Option<Backend>,
+    /// Bounces: 1 is direct light only [default: what the scene's Integrator says].
+    #[arg(long, value_name = "N")]
+    pub max_depth: Option<u32>,
+    /// Width and height in pixels in place of the scene's.
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    pub resolution: Option<[u32; 2]>,
+    /// The part of the image to render, as fractions of its width and height.
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = crop)]
+    pub crop: Option<[f32; 4]>,
+    /// Write statistics as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+    /// Treat doubtful input as an error.
+    #[arg(long)]
+    pub strict: bool,
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// `lanternfish info`.
+#[derive(Args, Debug)]
+pub struct InfoArguments {
+    /// A scene, a .vdb or an .exr file.
+    pub file: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `lanternfish compare`.
+#[derive(Args, Debug)]
+pub struct CompareArguments {
+    /// The image to judge.
+    pub a: PathBuf,
+    /// The image to judge it by.
+    pub b: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Write a picture of A, B and |A − B| side by side.
+    #[arg(long, value_name = "FILE")]
+    pub png: Option<PathBuf>,
+}
+
+/// `lanternfish scene`.
+#[derive(Args, Debug)]
+#[command(after_help = super::scene_command::list())]
+pub struct SceneArguments {
+    /// The scene's name: one of those listed below.
+    pub name: String,
+    /// The folder to write it to; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+impl RenderArguments {
+    /// The settings that the flags ask for. The grammar has checked each flag and that at most one budget is given.
+    pub fn settings(&self) -> RenderSettings {
+        let budget = match (self.spp, self.time, self.error) {
+            (Some(spp), ..) => Budget::Samples(spp),
+            (_, Some(seconds), _) => Budget::Time(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)),
+            (_, _, Some(error)) => Budget::Error(error),
+            _ => Budget::Scene,
+        };
+        let png = self.png.as_ref().map(|file| file.clone().map_or(PngOutput::Beside, PngOutput::File));
+        RenderSettings {
+            output: self.output.clone(),
+            png,
+            budget,
+            seed: self.seed,
+            threads: self.threads.map(|n| n as usize),
+            lights: self.lights,
+            backend: self.backend,
+            max_depth: self.max_depth,
+            film: FilmOverrides { resolution: self.resolution, crop: self.crop },
+            stats: self.stats.clone(),
+            strict: self.strict,
+            quiet: self.quiet,
+        }
+    }
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+fn resolution(text: &str) -> Result<[u32; 2], String> {
+    let parse = |part: &str| part.parse().ok().filter(|n| (1..=0x00ff_ffff).contains(n));
+    let parts = text.split_once(['x', 'X']).and_then(|(w, h)| Some([parse(w)?, parse(h)?]));
+    parts.ok_or_else(|| "expected width x height in pixels, such as 640x360".to_owned())
+}
+
+fn crop(text: &str) -> Result<[f32; 4], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x0, x1, y0, y1]) if 0.0 <= x0 && x0 < x1 && x1 <= 1.0 && 0.0 <= y0 && y0 < y1 && y1 <= 1.0 => {
+            Ok([x0, x1, y0, y1])
+        }
+        _ => Err("expected four fractions X0,X1,Y0,Y1 with 0 ≤ X0 < X1 ≤ 1 and 0 ≤ Y0 < Y1 ≤ 1".to_owned()),
+    }
+}

@@ -1,0 +1,102 @@
+//! Errors and warnings for people: an excerpt of the file with the place marked, one line per warning.
+
+use std::io::{IsTerminal, Write};
+
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str};
+
+use crate::scene::{SceneError, Sources, Span, Warnings};
+
+/// No more warnings than this are printed one by one.
+const MAX_WARNINGS: usize = 30;
+
+/// Bytes of a line shown before and after the place in question: exporters write whole meshes on one line.
+const CONTEXT: usize = 100;
+
+/// Prints an error to the standard error output, in colour where that is a terminal.
+pub fn print_error(error: &SceneError, sources: &Sources) {
+    let stderr = std::io::stderr();
+    let text = render_error(error, sources, stderr.is_terminal());
+    // Nobody is left to tell if even this fails.
+    let _ = writeln!(stderr.lock(), "{text}");
+}
+
+/// Prints `error: message` for what has no place in a scene file.
+pub fn print_message(message: &str) {
+    let stderr = std::io::stderr();
+    let title = Level::ERROR.primary_title(normalize_untrusted_str(message));
+    let renderer = if stderr.is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    let _ = writeln!(stderr.lock(), "{}", renderer.render(&[Group::with_title(title)]));
+}
+
+/// The error with an excerpt of its line.
+pub fn render_error(error: &SceneError, sources: &Sources, colour: bool) -> String {
+    let title = Level::ERROR.primary_title(normalize_untrusted_str(&error.kind.to_string()));
+    let mut group = Group::with_title(title);
+    let excerpt = error.span.map(|span| (span, Excerpt::new(sources.line(span.file, span.line), &span)));
+    if let Some((span, excerpt)) = &excerpt {
+        let path = sources.path(span.file).display().to_string();
+        group = group.element(Origin::path(path).line(span.line as usize).char_column(span.column as usize)).element(
+            Snippet::source(excerpt.text.as_str())
+                .line_start(span.line as usize)
+                .annotation(AnnotationKind::Primary.span(excerpt.marked.clone())),
+        );
+    }
+    if let Some(help) = &error.help {
+        group = group.element(Level::HELP.message(normalize_untrusted_str(help)));
+    }
+    let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+    renderer.render(&[group])
+}
+
+/// The part of a line around a span, and where the span lies in it.
+struct Excerpt {
+    text: String,
+    marked: std::ops::Range<usize>,
+}
+
+impl Excerpt {
+    fn new(line: &str, span: &Span) -> Self {
+        let boundary = |mut at: usize, step: isize| {
+            at = at.min(line.len());
+            while !line.is_char_boundary(at) {
+                at = at.saturating_add_signed(step);
+            }
+            at
+        };
+        let column = span.column.saturating_sub(1) as usize;
+        let start = boundary(column, -1);
+        // Something that runs on to further lines is marked to the end of its first.
+        let end = boundary(column.saturating_add((span.length as usize).clamp(1, CONTEXT)), 1);
+        let from = boundary(start.saturating_sub(CONTEXT), -1);
+        let to = boundary(end.saturating_add(CONTEXT), 1);
+        let (before, after) = (if from > 0 { "…" } else { "" }, if to < line.len() { "…" } else { "" });
+        let shift = before.len();
+        Self { text: format!("{before}{}{after}", &line[from..to]), marked: start - from + shift..end - from + shift }
+    }
+}
+
+/// Prints warnings to the standard error output.
+pub fn print_warnings(warnings: &Warnings, sources: &Sources) {
+    let mut stderr = std::io::stderr().lock();
+    for line in warning_lines(warnings, sources) {
+        let _ = writeln!(stderr, "{line}");
+    }
+}
+
+/// Each warning as `warning: file:line:column: what`, the first thirty of them and the number of the others.
+pub fn warning_lines(warnings: &Warnings, sources: &Sources) -> Vec<String> {
+    let place = |span: Option<Span>| match span {
+        Some(span) => format!("{}:{}:{}: ", sources.path(span.file).display(), span.line, span.column),
+        None => String::new(),
+    };
+    let list = warnings.list();
+    let mut lines: Vec<String> = list
+        .iter()
+        .take(MAX_WARNINGS)
+        .map(|w| normalize_untrusted_str(&format!("warning: {}{}", place(w.span), w.message)))
+        .collect();
+    if list.len() > MAX_WARNINGS {
+        lines.push(format!("warning: and {} more", list.len() - MAX_WARNINGS));
+    }
+    lines
+}

@@ -1,0 +1,175 @@
+//! The scene's lights apart from fire and sky: spheres of paper on lines and in rigging, open paper cups adrift, lamps
+//! under the cross lines, windows on the far shore.
+
+use glam::{Vec2, Vec3};
+
+use super::super::mesh::Mesh;
+use super::super::text::{Dice, Number, Point, SceneText, on_rope};
+use super::{BOATS, EDGES, EYE, FIRE, POST_TOP, post_rows};
+
+/// Candles behind paper, in kelvin.
+const CANDLES: [f32; 5] = [1900.0, 2050.0, 2200.0, 2350.0, 2600.0];
+
+/// What a lantern's light is.
+#[derive(Clone, Copy)]
+enum Glow {
+    /// A black body in kelvin.
+    Kelvin(f32),
+    /// Coloured paper.
+    Paper([f32; 3]),
+}
+
+/// Coloured paper; most lanterns have none.
+const PAPERS: [Glow; 4] = [
+    Glow::Paper([1.0, 0.13, 0.04]),
+    Glow::Paper([1.0, 0.3, 0.05]),
+    Glow::Paper([0.2, 0.75, 0.55]),
+    Glow::Paper([0.85, 0.25, 0.5]),
+];
+
+impl Glow {
+    fn throw(dice: &mut Dice, coloured: f32) -> Self {
+        if dice.between(0.0, 1.0) < coloured { dice.pick(&PAPERS) } else { Self::Kelvin(dice.pick(&CANDLES)) }
+    }
+
+    fn area_light(self, t: &mut SceneText, scale: f32) {
+        let scale = Number(scale);
+        match self {
+            Self::Kelvin(kelvin) => {
+                t.add(format_args!("AreaLightSource \"diffuse\" \"blackbody L\" [{kelvin}] \"float scale\" {scale}"));
+            }
+            Self::Paper([r, g, b]) => {
+                t.add(format_args!("AreaLightSource \"diffuse\" \"rgb L\" [{r} {g} {b}] \"float scale\" {scale}"));
+            }
+        }
+    }
+}
+
+/// A paper sphere that hangs at `p`, with its frame.
+fn ball(t: &mut SceneText, p: Vec3, radius: f32, glow: Glow, scale: f32) {
+    t.block(|t| {
+        t.add(format_args!("Translate {}", Point(p)));
+        let size = Number(radius);
+        t.block(|t| t.add(format_args!("Scale {size} {size} {size} ObjectInstance \"frame\"")));
+        glow.area_light(t, scale);
+        t.add(format_args!("NamedMaterial \"paper\" Shape \"sphere\" \"float radius\" {size}"));
+    });
+}
+
+/// Lanterns along both sides of the pier and across it; the lines across also carry bare lamps (point lights).
+pub fn hung(t: &mut SceneText, dice: &mut Dice) {
+    t.add(format_args!("\n# Lanterns on the pier's lines"));
+    let rows: Vec<f32> = post_rows().collect();
+    let top = |x: f32, z: f32| Vec3::new(x, POST_TOP - 0.06, z);
+    let mut string = |a: Vec3, b: Vec3, sag: f32, count: u32, lamps: bool| {
+        t.block(|t| {
+            t.add(format_args!("NamedMaterial \"rope\""));
+            t.rope(a, b, sag, 0.022);
+        });
+        for i in 0..count {
+            let at = on_rope(a, b, sag, (i as f32 + 0.5) / count as f32);
+            let radius = dice.between(0.11, 0.16);
+            let p = at - Vec3::new(0.0, 1.45 * radius, 0.0);
+            let glow = Glow::throw(dice, 0.3);
+            ball(t, p, radius, glow, dice.between(2.0, 3.2));
+            if lamps {
+                let p = Point(p - Vec3::new(0.0, 1.5 * radius, 0.0));
+                t.add(format_args!(
+                    "LightSource \"point\" \"point3 from\" [{p}] \"blackbody I\" [2300] \"float scale\" 0.3"
+                ));
+            }
+        }
+    };
+    for pair in rows.windows(2) {
+        for x in EDGES {
+            string(top(x, pair[0]), top(x, pair[1]), 0.42, 4, false);
+        }
+    }
+    for &z in &rows[1..] {
+        string(top(EDGES[0], z), top(EDGES[1], z), 0.3, 3, true);
+    }
+}
+
+/// Lights along the stays of the boats with masts, a stern lantern on the others.
+pub fn rigging(t: &mut SceneText, dice: &mut Dice) {
+    t.add(format_args!("\n# Lights of the boats"));
+    for (place, heading, has_mast) in BOATS {
+        let on_boat = |p: Vec3| place + glam::Quat::from_rotation_y(heading.to_radians()) * p;
+        if !has_mast {
+            ball(t, on_boat(Vec3::new(0.0, 1.2, -1.5)), 0.12, Glow::Kelvin(2200.0), 3.0);
+            continue;
+        }
+        let masthead = Vec3::new(0.0, 5.6, 0.3);
+        for end in [Vec3::new(0.0, 0.95, 2.9), Vec3::new(0.0, 0.85, -2.6)] {
+            for i in 0..8 {
+                let p = on_boat(on_rope(masthead, end, 0.15, (i as f32 + 0.3) / 8.0)) - Vec3::new(0.0, 0.08, 0.0);
+                let kelvin = dice.pick(&CANDLES) + 300.0;
+                ball(t, p, 0.055, Glow::Kelvin(kelvin), 3.5);
+            }
+        }
+    }
+}
+
+/// Paper cups with candles that drift in shoals.
+pub fn adrift(t: &mut SceneText, dice: &mut Dice) {
+    t.add(format_args!("\n# Lanterns adrift"));
+    let shoals = [
+        (Vec2::new(-4.2, 1.5), 2.2, 16),
+        (Vec2::new(-9.0, 11.0), 4.5, 50),
+        (Vec2::new(-3.0, 11.5), 2.4, 26),
+        (Vec2::new(-16.0, 24.0), 8.0, 60),
+        (Vec2::new(-6.0, 27.0), 6.0, 56),
+        (Vec2::new(6.0, 18.0), 3.0, 24),
+        (Vec2::new(-18.0, 48.0), 16.0, 70),
+        (Vec2::new(8.0, 44.0), 7.0, 28),
+    ];
+    let mut taken: Vec<Vec2> = Vec::new();
+    for (centre, spread, count) in shoals {
+        let mut left = count;
+        // Crowded shoals may not take everyone: then some stay ashore.
+        for _ in 0..40 * count {
+            if left == 0 {
+                break;
+            }
+            let around = [(); 2].map(|()| (0..3).map(|_| dice.between(-1.0, 1.0)).sum::<f32>() / 1.5);
+            let p = centre + spread * Vec2::from(around);
+            let in_the_way = p.x > EDGES[0] - 0.4 && p.x < EDGES[1] + 0.4
+                || p.distance(Vec2::new(FIRE.x, FIRE.z)) < 2.3
+                || p.distance(Vec2::new(EYE.x, EYE.z)) < 3.2
+                || BOATS.iter().any(|(boat, ..)| p.distance(Vec2::new(boat.x, boat.z)) < 2.4)
+                || taken.iter().any(|other| p.distance(*other) < 0.5);
+            if in_the_way {
+                continue;
+            }
+            taken.push(p);
+            left -= 1;
+            let (turn, tilt) = (Number(dice.between(0.0, 90.0)), Number(dice.between(-5.0, 5.0)));
+            let (r, height) = (dice.between(0.11, 0.16), dice.between(0.2, 0.28));
+            let profile = [Vec2::new(0.85 * r, 0.0), Vec2::new(r, 0.4 * height), Vec2::new(0.95 * r, height)];
+            t.block(|t| {
+                let at = Point(Vec3::new(p.x, 0.02, p.y));
+                t.add(format_args!("Translate {at} Rotate {turn} 0 1 0 Rotate {tilt} 1 0 0"));
+                Glow::throw(dice, 0.16).area_light(t, dice.between(1.5, 2.6));
+                t.add(format_args!("NamedMaterial \"paper\""));
+                t.mesh(&Mesh::revolved(&profile, 6));
+            });
+        }
+    }
+}
+
+/// Windows and street lamps on the far shore.
+pub fn houses(t: &mut SceneText, dice: &mut Dice) {
+    t.add(format_args!("\n# Lights on the far shore"));
+    for _ in 0..150 {
+        let x = dice.between(-75.0, 45.0);
+        let up = dice.between(0.0, 1.0).powi(2);
+        let p = Vec3::new(x, 0.7 + 5.5 * up, 78.0 + 9.0 * up);
+        let glow = Glow::Kelvin(dice.pick(&[2200.0, 2700.0, 3000.0, 4200.0]));
+        t.block(|t| {
+            t.add(format_args!("Translate {}", Point(p)));
+            glow.area_light(t, dice.between(2.0, 6.0));
+            let size = Number(dice.between(0.09, 0.2));
+            t.add(format_args!("NamedMaterial \"paper\" Shape \"sphere\" \"float radius\" {size}"));
+        });
+    }
+}

@@ -1,0 +1,122 @@
+//! Writing pbrt-v4 text: numbers without noise, attribute blocks, meshes; and the dice that scenes are strewn with.
+
+use std::fmt::{self, Write as _};
+use std::path::Path;
+
+use glam::Vec3;
+use rand_core::{Rng as _, SeedableRng as _};
+use rand_pcg::Pcg32;
+
+use super::GalleryError;
+use super::mesh::Mesh;
+
+/// pbrt text that grows.
+#[derive(Default)]
+pub struct SceneText(String);
+
+impl SceneText {
+    /// Adds a line: `add(format_args!(…))`.
+    pub fn add(&mut self, line: fmt::Arguments) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.0, "{line}");
+    }
+
+    /// Lines between `AttributeBegin` and `AttributeEnd`.
+    pub fn block(&mut self, inner: impl FnOnce(&mut Self)) {
+        self.enclosed(format_args!("AttributeBegin"), "AttributeEnd", inner);
+    }
+
+    /// An object definition for instances.
+    pub fn object(&mut self, name: &str, inner: impl FnOnce(&mut Self)) {
+        self.enclosed(format_args!("ObjectBegin \"{name}\""), "ObjectEnd", inner);
+    }
+
+    fn enclosed(&mut self, begin: fmt::Arguments, end: &str, inner: impl FnOnce(&mut Self)) {
+        self.add(begin);
+        inner(self);
+        self.add(format_args!("{end}"));
+    }
+
+    /// An instance of `object` at `p`, turned by `degrees` about the vertical.
+    pub fn instance(&mut self, object: &str, p: Vec3, degrees: f32) {
+        let (p, degrees) = (Point(p), Number(degrees));
+        self.block(|t| {
+            t.add(format_args!("Translate {p} Rotate {degrees} 0 1 0 ObjectInstance \"{object}\""));
+        });
+    }
+
+    /// A triangle mesh.
+    pub fn mesh(&mut self, mesh: &Mesh) {
+        let points = |list: &[Vec3]| list.iter().map(|p| Point(*p).to_string()).collect::<Vec<_>>().join("  ");
+        self.add(format_args!("Shape \"trianglemesh\" \"point3 P\" [{}]", points(&mesh.positions)));
+        let indices: Vec<String> = mesh.indices.iter().map(u32::to_string).collect();
+        self.add(format_args!("  \"integer indices\" [{}]", indices.join(" ")));
+        if !mesh.normals.is_empty() {
+            self.add(format_args!("  \"normal3 N\" [{}]", points(&mesh.normals)));
+        }
+        if !mesh.uv.is_empty() {
+            let uv: Vec<String> = mesh.uv.iter().map(|[u, v]| format!("{} {}", Number(*u), Number(*v))).collect();
+            self.add(format_args!("  \"point2 uv\" [{}]", uv.join(" ")));
+        }
+    }
+
+    /// A rope from `a` to `b` that sags by `sag` in its middle: one cubic Bézier segment.
+    pub fn rope(&mut self, a: Vec3, b: Vec3, sag: f32, width: f32) {
+        // Quadratic with its middle control point 2 sag down, raised to degree 3.
+        let down = Vec3::new(0.0, 4.0 / 3.0 * sag, 0.0);
+        let p = [a, a.lerp(b, 1.0 / 3.0) - down, a.lerp(b, 2.0 / 3.0) - down, b].map(|p| Point(p).to_string());
+        let (p, width) = (p.join("  "), Number(width));
+        self.add(format_args!(
+            "Shape \"curve\" \"string type\" \"cylinder\" \"point3 P\" [{p}] \"float width\" {width}"
+        ));
+    }
+
+    /// Writes the text to a file.
+    pub fn write(&self, path: &Path) -> Result<(), GalleryError> {
+        std::fs::write(path, &self.0).map_err(|error| GalleryError::output(path, error))
+    }
+}
+
+/// The point of [`SceneText::rope`] at `t` in 0..=1.
+pub fn on_rope(a: Vec3, b: Vec3, sag: f32, t: f32) -> Vec3 {
+    a.lerp(b, t) - Vec3::new(0.0, 4.0 * sag * t * (1.0 - t), 0.0)
+}
+
+/// A number to four decimals.
+pub struct Number(pub f32);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Adding 0 turns −0 into 0.
+        write!(f, "{}", (f64::from(self.0) * 1e4).round() / 1e4 + 0.0)
+    }
+}
+
+/// Three numbers.
+pub struct Point(pub Vec3);
+
+impl fmt::Display for Point {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} {}", Number(self.0.x), Number(self.0.y), Number(self.0.z))
+    }
+}
+
+/// Random numbers that are the same each time.
+pub struct Dice(Pcg32);
+
+impl Dice {
+    /// The sequence number `seed`.
+    pub fn new(seed: u64) -> Self {
+        Self(Pcg32::seed_from_u64(seed))
+    }
+
+    /// Uniform between `low` and `high`.
+    pub fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * (self.0.next_u32() >> 8) as f32 / 16_777_216.0
+    }
+
+    /// One of `list`, which must not be empty.
+    pub fn pick<T: Copy>(&mut self, list: &[T]) -> T {
+        list[self.0.next_u32() as usize % list.len()]
+    }
+}

@@ -1,0 +1,132 @@
+//! `trianglemesh`, `bilinearmesh` and `plymesh`.
+
+use std::path::PathBuf;
+
+use glam::Vec2;
+
+use super::super::{ShapeKind, shape::BilinearMesh, shape::TriangleMesh};
+use super::{Kinds, Placement, Result};
+use crate::scene::{ParamSet, SceneError};
+
+/// Vertex attributes as stated.
+struct Vertices<'a> {
+    positions: &'a [[f32; 3]],
+    normals: &'a [[f32; 3]],
+    uvs: &'a [[f32; 2]],
+}
+
+impl Placement {
+    /// The numbers in "indices" in groups of N, each checked against the vertex count.
+    fn groups<const N: usize>(&self, params: &ParamSet, vertices: usize) -> Result<Vec<[u32; N]>> {
+        let indices = params.integers("indices")?;
+        if !params.has("indices") {
+            if vertices == N {
+                return Ok(vec![std::array::from_fn(|i| i as u32)]);
+            }
+            let what = format!("\"indices\" are missing; only with exactly {N} points can they be, found {vertices}");
+            return Err(self.error(params, what));
+        }
+        let (groups, rest) = indices.as_chunks::<N>();
+        if !rest.is_empty() {
+            let what = format!("the number of \"indices\" must be a multiple of {N}, found {}", indices.len());
+            return Err(self.error(params, what));
+        }
+        groups
+            .iter()
+            .map(|group| {
+                if let Some(bad) = group.iter().find(|&&i| i < 0 || i as usize >= vertices) {
+                    let what = format!("index {bad} is out of range: there are {vertices} points in \"P\"");
+                    return Err(self.error(params, what));
+                }
+                Ok(group.map(|i| i as u32))
+            })
+            .collect()
+    }
+
+    fn check_counts(&self, params: &ParamSet, vertices: &Vertices) -> Result<()> {
+        let points = vertices.positions.len();
+        for (name, count) in [("N", vertices.normals.len()), ("uv", vertices.uvs.len())] {
+            if count != 0 && count != points {
+                let what = format!("\"{name}\" has {count} values for {points} points in \"P\"");
+                return Err(self.error(params, what));
+            }
+        }
+        if let Some(i) = vertices.uvs.iter().position(|uv| !uv.iter().all(|c| c.is_finite())) {
+            return Err(self.error(params, format!("\"uv\" number {i} is not finite")));
+        }
+        Ok(())
+    }
+
+    fn triangles(&self, params: &ParamSet, vertices: &Vertices, indices: Vec<[u32; 3]>) -> Result<ShapeKind> {
+        Ok(ShapeKind::Triangles(TriangleMesh {
+            positions: self.points(params, "P", vertices.positions)?,
+            indices,
+            normals: self.normals(params, vertices.normals, self.reverse)?,
+            uvs: vertices.uvs.iter().copied().map(Vec2::from).collect(),
+        }))
+    }
+
+    fn patches(&self, params: &ParamSet, vertices: &Vertices, indices: Vec<[u32; 4]>) -> Result<ShapeKind> {
+        Ok(ShapeKind::Bilinear(BilinearMesh {
+            positions: self.points(params, "P", vertices.positions)?,
+            indices,
+            normals: self.normals(params, vertices.normals, self.reverse)?,
+            uvs: vertices.uvs.iter().copied().map(Vec2::from).collect(),
+        }))
+    }
+}
+
+fn stated(params: &ParamSet) -> Result<Vertices<'_>> {
+    Ok(Vertices { positions: params.vec3s("P")?, normals: params.vec3s("N")?, uvs: params.vec2s("uv")? })
+}
+
+fn no_points(params: &ParamSet, placement: &Placement, vertices: &Vertices) -> Option<Box<SceneError>> {
+    vertices.positions.is_empty().then(|| placement.error(params, "\"P\" is missing or empty"))
+}
+
+pub(super) fn triangle_mesh(params: &ParamSet, placement: &Placement) -> Result<Kinds> {
+    let vertices = stated(params)?;
+    if let Some(error) = no_points(params, placement, &vertices) {
+        return Err(error);
+    }
+    placement.check_counts(params, &vertices)?;
+    let indices = placement.groups::<3>(params, vertices.positions.len())?;
+    Ok(vec![placement.triangles(params, &vertices, indices)?])
+}
+
+pub(super) fn bilinear_mesh(params: &ParamSet, placement: &Placement) -> Result<Kinds> {
+    let vertices = stated(params)?;
+    if let Some(error) = no_points(params, placement, &vertices) {
+        return Err(error);
+    }
+    placement.check_counts(params, &vertices)?;
+    let indices = placement.groups::<4>(params, vertices.positions.len())?;
+    Ok(vec![placement.patches(params, &vertices, indices)?])
+}
+
+/// A PLY file's triangles, and its quads as bilinear patches: a face's vertices go around, a patch's in rows.
+pub(super) fn ply_mesh(params: &ParamSet, placement: &Placement, base: &dyn Fn(&str) -> PathBuf) -> Result<Kinds> {
+    let Some(name) = params.string("filename")? else {
+        return Err(placement.error(params, "\"filename\" is missing"));
+    };
+    let mesh = crate::scene::ply::read(&base(name)).map_err(|mut error| {
+        error.span.get_or_insert(params.span);
+        error
+    })?;
+    let vertices = Vertices { positions: &mesh.positions, normals: &mesh.normals, uvs: &mesh.uvs };
+    placement.check_counts(params, &vertices)?;
+    let count = vertices.positions.len();
+    let in_range = |i: &u32| (*i as usize) < count;
+    if let Some(bad) = mesh.triangles.as_flattened().iter().chain(mesh.quads.as_flattened()).find(|i| !in_range(i)) {
+        return Err(placement.error(params, format!("{name}: vertex {bad} is out of range, there are {count}")));
+    }
+    let mut kinds = Kinds::new();
+    if !mesh.triangles.is_empty() {
+        kinds.push(placement.triangles(params, &vertices, mesh.triangles.clone())?);
+    }
+    if !mesh.quads.is_empty() {
+        let rows = mesh.quads.iter().map(|&[a, b, c, d]| [a, b, d, c]).collect();
+        kinds.push(placement.patches(params, &vertices, rows)?);
+    }
+    Ok(kinds)
+}

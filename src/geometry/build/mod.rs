@@ -1,0 +1,144 @@
+//! From `Shape` directives to [`Shape`]s: parameters checked, transforms applied in f64 before anything is rounded to f32.
+//! Source: pbrt-v4's file format for names, defaults and conventions.
+
+mod curves;
+mod meshes;
+mod quadrics;
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+
+use glam::{DAffine3, Vec3};
+
+use super::{Shape, ShapeKind};
+use crate::scene::{ParamSet, SceneError, SceneErrorKind, ShapeEntity, Warnings};
+
+/// What a shape is bound to: numbers in other rooms' tables, copied into the [`Shape`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ShapeBindings {
+    /// See [`Shape::material`].
+    pub material: u32,
+    /// See [`Shape::light`].
+    pub light: Option<u32>,
+    /// See [`Shape::medium_interface`].
+    pub medium_interface: Option<u32>,
+    /// See [`Shape::alpha`].
+    pub alpha: Option<u32>,
+    /// See [`Shape::is_boundary`].
+    pub is_boundary: bool,
+}
+
+type Result<T> = std::result::Result<T, Box<SceneError>>;
+
+/// Coordinates beyond this overflow areas in f32.
+const MAX_COORDINATE: f32 = 1e18;
+
+/// Builds the shapes that a directive states: usually one; none for kinds not known (with a warning that names them) and for
+/// empty meshes; two for a PLY file with triangles and quads.
+///
+/// `to_space` maps object space to render space or to the prototype's; `base` resolves file names. The parameter `alpha` is
+/// the caller's to read ([`ShapeBindings::alpha`]). Errors name what was wrong: indices out of range, wrong counts, values that
+/// are not finite or too large, transforms that flatten a quadric.
+pub fn build_shape(
+    entity: &ShapeEntity,
+    to_space: &DAffine3,
+    base: &dyn Fn(&str) -> PathBuf,
+    bindings: ShapeBindings,
+    warnings: &mut Warnings,
+) -> Result<Vec<Shape>> {
+    let params = &entity.entity.params;
+    let placement = Placement { affine: *to_space, reverse: entity.reverse_orientation };
+    if !to_space.is_finite() {
+        return Err(placement.error(params, "its transformation is not finite"));
+    }
+    // The caller turns it into a texture; here it only counts as used.
+    params.get("alpha");
+    let kinds = match entity.entity.kind.as_str() {
+        "trianglemesh" => meshes::triangle_mesh(params, &placement)?,
+        "plymesh" => meshes::ply_mesh(params, &placement, base)?,
+        "bilinearmesh" => meshes::bilinear_mesh(params, &placement)?,
+        "sphere" => vec![quadrics::sphere(params, &placement)?],
+        "disk" => vec![quadrics::disk(params, &placement)?],
+        "curve" => vec![curves::curve(params, &placement, warnings)?],
+        other => {
+            warnings.add(Some(params.span), format!("shapes of type \"{other}\" are not supported; it is left out"));
+            return Ok(Vec::new());
+        }
+    };
+    params.warn_unused(warnings);
+    let flip_normal = entity.reverse_orientation != placement.swaps_handedness();
+    let shape = |kind| Shape {
+        kind,
+        material: bindings.material,
+        light: bindings.light,
+        medium_interface: bindings.medium_interface,
+        alpha: bindings.alpha,
+        is_boundary: bindings.is_boundary,
+        flip_normal,
+    };
+    Ok(kinds.into_iter().map(shape).collect())
+}
+
+/// Where a shape goes.
+struct Placement {
+    affine: DAffine3,
+    reverse: bool,
+}
+
+impl Placement {
+    fn swaps_handedness(&self) -> bool {
+        self.affine.matrix3.determinant() < 0.0
+    }
+
+    /// Whether the transform can be undone, with something to spare for f32.
+    fn is_invertible(&self) -> bool {
+        let m = self.affine.matrix3;
+        let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+        m.determinant().abs() > 1e-12 * volume && m.inverse().is_finite()
+    }
+
+    fn error(&self, params: &ParamSet, what: impl std::fmt::Display) -> Box<SceneError> {
+        SceneError::at(params.span, SceneErrorKind::Parameter(format!("{}: {what}", params.owner)))
+    }
+
+    /// Points into the shape's space, rounded last.
+    fn points(&self, params: &ParamSet, name: &str, points: &[[f32; 3]]) -> Result<Vec<Vec3>> {
+        points
+            .iter()
+            .enumerate()
+            .map(|(i, p)| {
+                let q = self.affine.transform_point3(Vec3::from_array(*p).as_dvec3()).as_vec3();
+                if !q.is_finite() {
+                    Err(self.error(params, format!("\"{name}\" number {i} is not finite: {} {} {}", p[0], p[1], p[2])))
+                } else if q.abs().max_element() > MAX_COORDINATE {
+                    Err(self.error(params, format!("\"{name}\" number {i} is beyond {MAX_COORDINATE:e} units")))
+                } else {
+                    Ok(q)
+                }
+            })
+            .collect()
+    }
+
+    /// Normals into the shape's space by the inverse transpose, their lengths kept in proportion: they weigh interpolation.
+    fn normals(&self, params: &ParamSet, normals: &[[f32; 3]], turn: bool) -> Result<Vec<Vec3>> {
+        if normals.is_empty() {
+            return Ok(Vec::new());
+        }
+        if !self.is_invertible() {
+            return Err(self.error(params, "its transformation flattens it, so its normals have no meaning"));
+        }
+        let transform = self.affine.matrix3.inverse().transpose() * if turn { -1.0 } else { 1.0 };
+        normals
+            .iter()
+            .enumerate()
+            .map(|(i, n)| {
+                let n = (transform * Vec3::from_array(*n).as_dvec3()).as_vec3();
+                if n.is_finite() { Ok(n) } else { Err(self.error(params, format!("\"N\" number {i} is not finite"))) }
+            })
+            .collect()
+    }
+}
+
+/// One form in a list.
+type Kinds = Vec<ShapeKind>;

@@ -1,0 +1,73 @@
+//! `sphere` and `disk`.
+
+use std::f32::consts::TAU;
+
+use glam::{Affine3A, DAffine3};
+
+use super::super::{ShapeKind, shape::Disk, shape::Sphere};
+use super::{Placement, Result};
+use crate::scene::ParamSet;
+
+fn rounded(affine: &DAffine3) -> Affine3A {
+    Affine3A { matrix3: affine.matrix3.as_mat3().into(), translation: affine.translation.as_vec3a() }
+}
+
+impl Placement {
+    /// The transform and its inverse, rounded.
+    fn both_ways(&self, params: &ParamSet) -> Result<(Affine3A, Affine3A)> {
+        let (forward, back) = (rounded(&self.affine), rounded(&self.affine.inverse()));
+        if !self.is_invertible() || !forward.is_finite() || !back.is_finite() {
+            return Err(self.error(params, "its transformation flattens it or is too large"));
+        }
+        Ok((forward, back))
+    }
+
+    fn positive(&self, params: &ParamSet, name: &str, default: f32) -> Result<f32> {
+        let value = params.float(name, default)?;
+        if value > 0.0 && value <= super::MAX_COORDINATE {
+            Ok(value)
+        } else {
+            Err(self.error(params, format!("\"{name}\" must be above 0, found {value}")))
+        }
+    }
+
+    /// "phimax" in degrees, as radians in (0, 2π].
+    fn phi_max(&self, params: &ParamSet) -> Result<f32> {
+        let degrees = params.float("phimax", 360.0)?;
+        if degrees.is_nan() || degrees <= 0.0 {
+            return Err(self.error(params, format!("\"phimax\" must be above 0 degrees, found {degrees}")));
+        }
+        Ok(if degrees >= 360.0 { TAU } else { degrees.to_radians() })
+    }
+}
+
+pub(super) fn sphere(params: &ParamSet, placement: &Placement) -> Result<ShapeKind> {
+    let radius = placement.positive(params, "radius", 1.0)?;
+    let (a, b) = (params.float("zmin", -radius)?, params.float("zmax", radius)?);
+    if a.is_nan() || b.is_nan() {
+        return Err(placement.error(params, "\"zmin\" or \"zmax\" is not a number"));
+    }
+    let (z_min, z_max) = (a.min(b).clamp(-radius, radius), a.max(b).clamp(-radius, radius));
+    if z_min >= z_max {
+        return Err(placement.error(params, format!("nothing lies between \"zmin\" {a} and \"zmax\" {b}")));
+    }
+    let phi_max = placement.phi_max(params)?;
+    let (to_shape, to_object) = placement.both_ways(params)?;
+    Ok(ShapeKind::Sphere(Sphere { radius, z_min, z_max, phi_max, to_shape, to_object }))
+}
+
+pub(super) fn disk(params: &ParamSet, placement: &Placement) -> Result<ShapeKind> {
+    let height = params.float("height", 0.0)?;
+    if !height.is_finite() {
+        return Err(placement.error(params, "\"height\" is not finite"));
+    }
+    let radius = placement.positive(params, "radius", 1.0)?;
+    let inner_radius = params.float("innerradius", 0.0)?;
+    if !(0.0..radius).contains(&inner_radius) {
+        let what = format!("\"innerradius\" must be at least 0 and below the radius {radius}, found {inner_radius}");
+        return Err(placement.error(params, what));
+    }
+    let phi_max = placement.phi_max(params)?;
+    let (to_shape, to_object) = placement.both_ways(params)?;
+    Ok(ShapeKind::Disk(Disk { height, radius, inner_radius, phi_max, to_shape, to_object }))
+}

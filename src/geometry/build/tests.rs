@@ -1,0 +1,156 @@
+//! Directives to shapes: defaults, conversions, and an error for everything that can be wrong.
+
+use std::path::PathBuf;
+
+use glam::{DAffine3, DMat4, DVec3, Vec3};
+
+use super::{ShapeBindings, build_shape};
+use crate::geometry::{Shape, ShapeKind};
+use crate::math::transform::Animated;
+use crate::scene::{Entity, FileId, MaterialIndex, Param, ParamSet, ParamValue, ShapeEntity, Span, Warnings};
+
+/// Kind, parameters, and what the message must hold.
+type Case = (&'static str, Vec<(&'static str, ParamValue)>, &'static str);
+
+const SPAN: Span = Span { file: FileId(0), line: 1, column: 1, length: 5 };
+
+fn entity(kind: &str, params: Vec<(&str, ParamValue)>) -> ShapeEntity {
+    let params = params.into_iter().map(|(name, value)| Param::new(name, "test", value, SPAN)).collect();
+    ShapeEntity {
+        entity: Entity { kind: kind.into(), params: ParamSet::new(format!("Shape \"{kind}\""), SPAN, params) },
+        transform: Animated::fixed(DMat4::IDENTITY),
+        reverse_orientation: false,
+        material: MaterialIndex(0),
+        area_light: None,
+        medium_interface: None,
+    }
+}
+
+fn build_in(entity: &ShapeEntity, to_space: DAffine3) -> (Result<Vec<Shape>, String>, Warnings) {
+    let mut warnings = Warnings::default();
+    let base = |name: &str| PathBuf::from("/nonexistent").join(name);
+    let shapes = build_shape(entity, &to_space, &base, ShapeBindings::default(), &mut warnings);
+    (shapes.map_err(|e| e.to_string()), warnings)
+}
+
+fn build(kind: &str, params: Vec<(&str, ParamValue)>) -> Result<Vec<Shape>, String> {
+    build_in(&entity(kind, params), DAffine3::IDENTITY).0
+}
+
+fn points(count: usize) -> ParamValue {
+    ParamValue::Vec3((0..count).map(|i| [i as f32, (i * i) as f32, 0.0]).collect())
+}
+
+fn floats(value: f32) -> ParamValue {
+    ParamValue::Float(vec![value])
+}
+
+fn word(value: &str) -> ParamValue {
+    ParamValue::String(vec![value.into()])
+}
+
+#[test]
+fn what_is_wrong_is_an_error_that_says_so() {
+    let ints = |v: &[i32]| ParamValue::Integer(v.to_vec());
+    let nan = ParamValue::Vec3(vec![[0.0; 3], [f32::NAN, 0.0, 0.0], [1.0; 3]]);
+    let huge = ParamValue::Vec3(vec![[0.0; 3], [1e30, 0.0, 0.0], [1.0; 3]]);
+    let cases: Vec<Case> = vec![
+        ("trianglemesh", vec![], "\"P\" is missing"),
+        ("trianglemesh", vec![("P", points(4))], "\"indices\" are missing"),
+        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1]))], "multiple of 3"),
+        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1, 3]))], "index 3 is out of range"),
+        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, -1, 2]))], "index -1 is out of range"),
+        ("trianglemesh", vec![("P", points(3)), ("N", points(2))], "\"N\" has 2 values for 3 points"),
+        ("trianglemesh", vec![("P", points(3)), ("uv", ParamValue::Vec2(vec![[0.0; 2]]))], "\"uv\" has 1 values"),
+        ("trianglemesh", vec![("P", nan)], "number 1 is not finite"),
+        ("trianglemesh", vec![("P", huge)], "beyond"),
+        ("trianglemesh", vec![("P", floats(1.0))], "expected point3"),
+        ("bilinearmesh", vec![("P", points(5))], "\"indices\" are missing"),
+        ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2]))], "multiple of 4"),
+        ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2, 9]))], "index 9"),
+        ("plymesh", vec![], "\"filename\" is missing"),
+        ("plymesh", vec![("filename", word("no.ply"))], "cannot read"),
+        ("sphere", vec![("radius", floats(0.0))], "\"radius\" must be above 0"),
+        ("sphere", vec![("radius", floats(f32::NAN))], "\"radius\""),
+        ("sphere", vec![("zmin", floats(0.5)), ("zmax", floats(0.5))], "nothing lies between"),
+        ("sphere", vec![("phimax", floats(-3.0))], "\"phimax\""),
+        ("disk", vec![("innerradius", floats(1.0))], "\"innerradius\""),
+        ("disk", vec![("height", floats(f32::INFINITY))], "\"height\""),
+        ("curve", vec![("P", points(5))], "found 5"),
+        ("curve", vec![("P", points(0))], "found 0"),
+        ("curve", vec![("P", points(4)), ("degree", ParamValue::Integer(vec![4]))], "\"degree\" must be 2 or 3"),
+        ("curve", vec![("P", points(3)), ("basis", word("bspline"))], "at least 4"),
+        ("curve", vec![("P", points(4)), ("basis", word("hermite"))], "\"basis\" is \"hermite\""),
+        ("curve", vec![("P", points(4)), ("type", word("tube"))], "\"type\" is \"tube\""),
+        ("curve", vec![("P", points(4)), ("type", word("ribbon"))], "takes 2 normals"),
+        ("curve", vec![("P", points(4)), ("width", floats(-1.0))], "widths must not be negative"),
+    ];
+    for (kind, params, expected) in cases {
+        let message = build(kind, params).expect_err(expected);
+        assert!(message.contains(expected), "{message:?} lacks {expected:?}");
+    }
+}
+
+#[test]
+fn flat_transforms_are_refused_only_where_they_must_be() {
+    let flat = DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.0));
+    assert!(build_in(&entity("sphere", vec![]), flat).0.unwrap_err().contains("flattens"));
+    assert!(build_in(&entity("trianglemesh", vec![("P", points(3))]), flat).0.is_ok());
+    let broken = DAffine3::from_translation(DVec3::NAN);
+    assert!(build_in(&entity("sphere", vec![]), broken).0.unwrap_err().contains("not finite"));
+}
+
+#[test]
+fn unknown_shapes_and_unused_parameters_are_named() {
+    let (shapes, warnings) = build_in(&entity("loopsubdiv", vec![]), DAffine3::IDENTITY);
+    assert!(shapes.unwrap().is_empty());
+    assert!(warnings.list()[0].message.contains("loopsubdiv"));
+    let params = vec![("alpha", floats(0.5)), ("radios", floats(2.0))];
+    let (shapes, warnings) = build_in(&entity("sphere", params), DAffine3::IDENTITY);
+    assert_eq!(shapes.unwrap().len(), 1);
+    assert_eq!(warnings.list().len(), 1, "alpha is the caller's: {warnings:?}");
+    assert!(warnings.list()[0].message.contains("radios"));
+}
+
+#[test]
+fn defaults_handedness_and_far_places() {
+    let shapes = build("sphere", vec![]).unwrap();
+    let ShapeKind::Sphere(sphere) = &shapes[0].kind else { panic!("a sphere was asked for") };
+    assert_eq!((sphere.radius, sphere.z_min, sphere.z_max), (1.0, -1.0, 1.0));
+    assert!(sphere.is_whole() && !shapes[0].flip_normal);
+    let mut mirrored = entity("sphere", vec![]);
+    let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    assert!(build_in(&mirrored, mirror).0.unwrap()[0].flip_normal);
+    mirrored.reverse_orientation = true;
+    assert!(!build_in(&mirrored, mirror).0.unwrap()[0].flip_normal, "twice is not at all");
+
+    // Object coordinates far away that the transform brings home lose nothing on the way.
+    let mesh = ParamValue::Vec3(vec![[8388608.0, 0.0, 0.0], [8388609.0, 0.0, 0.0], [8388608.0, 1.0, 0.0]]);
+    let home = DAffine3::from_scale(DVec3::splat(0.1)) * DAffine3::from_translation(DVec3::new(-8388608.0, 0.0, 0.0));
+    let shapes = build_in(&entity("trianglemesh", vec![("P", mesh)]), home).0.unwrap();
+    let ShapeKind::Triangles(mesh) = &shapes[0].kind else { panic!("a mesh was asked for") };
+    assert_eq!(mesh.positions[1], Vec3::new(0.1, 0.0, 0.0));
+}
+
+#[test]
+fn splines_become_the_same_curve() {
+    // The uniform B-spline basis at the middle of a segment: cubic (1, 23, 23, 1)/48, quadratic (1, 6, 1)/8.
+    let p: Vec<Vec3> = (0..4).map(|i| Vec3::new(i as f32, (i * i) as f32, 0.0)).collect();
+    let middle = |params: Vec<(&str, ParamValue)>| {
+        let shapes = build("curve", params).unwrap();
+        let ShapeKind::Curves(curves) = &shapes[0].kind else { panic!("a curve was asked for") };
+        let [a, b, c, d] = curves.control_points[0];
+        ((a + 3.0 * b + 3.0 * c + d) / 8.0, curves.control_points.len(), curves.widths.clone())
+    };
+    let (at, count, widths) =
+        middle(vec![("P", points(4)), ("basis", word("bspline")), ("width0", floats(2.0)), ("width1", floats(1.0))]);
+    assert!(at.distance((p[0] + 23.0 * p[1] + 23.0 * p[2] + p[3]) / 48.0) < 1e-5);
+    assert_eq!((count, widths), (1, vec![[2.0, 1.0]]));
+    let degree = || ("degree", ParamValue::Integer(vec![2]));
+    let (at, count, _) = middle(vec![("P", points(4)), ("basis", word("bspline")), degree()]);
+    assert!(at.distance((p[0] + 6.0 * p[1] + p[2]) / 8.0) < 1e-5);
+    assert_eq!(count, 2);
+    let (at, count, widths) = middle(vec![("P", points(5)), degree()]);
+    assert!(at.distance((p[0] + 2.0 * p[1] + p[2]) / 4.0) < 1e-5);
+    assert_eq!((count, widths), (2, vec![[1.0, 1.0]; 2]));
+}

@@ -1,0 +1,128 @@
+//! The Embree backend: a [`Geometry`] as Embree scenes, and the three questions put to them.
+//!
+//! Two structures, each only over what it is asked for: `opaque` holds the shapes that rays meet, `boundaries` those of
+//! material `interface` (absent when there are none). Triangles and ray-facing curves are Embree's own; quadrics, patches and
+//! ribbons are user geometry that calls the shapes' own intersection, so that both backends find the same points. Embree's
+//! robust mode makes triangles watertight.
+//!
+//! Assumes what `ffi/embree` promises: no panic and no error crosses into a query.
+
+mod adapters;
+mod motion;
+mod structure;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use ::embree::{Candidate, Device, Error};
+
+use self::structure::Structure;
+use super::shape::{Shape, ShapeKind};
+use super::trace::{Opacity, TraceError};
+use super::{BoundaryCrossing, Geometry, Ray, RayHit};
+
+/// Acceleration structures in Embree.
+pub struct EmbreeTracer {
+    geometry: Arc<Geometry>,
+    opaque: Structure,
+    boundaries: Option<Structure>,
+    device: Arc<Device>,
+}
+
+impl From<Error> for TraceError {
+    fn from(error: Error) -> Self {
+        let text = error.to_string();
+        if text.contains("out of memory") { Self::Memory(text) } else { Self::Library(text) }
+    }
+}
+
+impl EmbreeTracer {
+    /// Builds the structures with as many threads as the current rayon pool has. `opacity` is asked about shapes with
+    /// [`Shape::has_opacity`]; without it they are opaque.
+    ///
+    /// # Errors
+    /// What Embree said: out of memory, an unsupported CPU, vertex numbers out of range.
+    pub fn build(geometry: Arc<Geometry>, opacity: Option<Arc<dyn Opacity>>) -> Result<Self, TraceError> {
+        let device = Device::new(rayon::current_num_threads())?;
+        let opaque = Structure::build(&device, &geometry, opacity.as_ref(), false)?;
+        let boundaries = if geometry.shapes.iter().any(|shape| shape.is_boundary) {
+            Some(Structure::build(&device, &geometry, None, true)?)
+        } else {
+            None
+        };
+        Ok(Self { geometry, opaque, boundaries, device })
+    }
+
+    /// The closest hit before `ray.t_max` on anything but boundaries. A ray with a NaN hits nothing.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<RayHit> {
+        let hit = self.opaque.scene.intersect(&embree_ray(ray))?;
+        let (shape, instance) = self.opaque.resolve(hit.geometry, hit.instance);
+        let uv = shape_uv(&self.geometry.shapes[shape.0 as usize], hit.uv);
+        Some(RayHit { t: hit.t, shape, instance, primitive: hit.primitive, uv })
+    }
+
+    /// Whether anything but boundaries lies before `ray.t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.opaque.scene.occluded(&embree_ray(ray))
+    }
+
+    /// All boundary crossings in (0, `ray.t_max`) in order of distance, ties by shape and instance.
+    pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
+        crossings.clear();
+        let Some(boundaries) = &self.boundaries else {
+            return;
+        };
+        boundaries.scene.collect(&embree_ray(ray), &mut |candidate| {
+            let (shape, instance) = boundaries.resolve(candidate.hit.geometry, candidate.hit.instance);
+            let entering = is_entering(&self.geometry.shapes[shape.0 as usize], candidate);
+            crossings.push(BoundaryCrossing { t: candidate.hit.t, shape, instance, entering });
+        });
+        crossings.sort_unstable_by(|a, b| {
+            a.t.total_cmp(&b.t).then_with(|| (a.shape, a.instance, a.entering).cmp(&(b.shape, b.instance, b.entering)))
+        });
+        // Both triangles of a shared edge report the crossing; so may one triangle, twice.
+        crossings.dedup_by(|a, b| (a.t, a.shape, a.instance, a.entering) == (b.t, b.shape, b.instance, b.entering));
+    }
+
+    /// Bytes that Embree holds. Vertices and indices are mostly read where [`Geometry`] has them and do not count.
+    pub fn memory(&self) -> usize {
+        self.device.memory()
+    }
+}
+
+/// Embree's interval is closed at its far end, [`Ray`]'s is open.
+#[inline]
+fn embree_ray(ray: &Ray) -> ::embree::Ray {
+    let t_max = if ray.t_max.is_finite() { ray.t_max.next_down() } else { ray.t_max };
+    ::embree::Ray {
+        origin: ray.origin.to_array(),
+        direction: ray.direction.to_array(),
+        t_min: 0.0,
+        t_max,
+        time: ray.time,
+        id: ray.opacity_seed,
+    }
+}
+
+/// Whether Embree has this shape's primitives of its own, as flat curves.
+#[inline]
+fn is_embree_curve(shape: &Shape) -> bool {
+    matches!(&shape.kind, ShapeKind::Curves(curves) if curves.kind != super::curve::CurveKind::Ribbon)
+}
+
+/// The shape's parameters of Embree's: a flat curve has u along and v across in −1..=1 there, u across and v along here.
+#[inline]
+fn shape_uv(shape: &Shape, uv: [f32; 2]) -> [f32; 2] {
+    if is_embree_curve(shape) { [(0.5 + 0.5 * uv[1]).clamp(0.0, 1.0), uv[0].clamp(0.0, 1.0)] } else { uv }
+}
+
+/// Whether the ray goes against the oriented geometric normal. Signs are compared in the shape's space: n · d is the same
+/// there and in render space (up to a positive factor), because normals transform by the inverse transpose.
+fn is_entering(shape: &Shape, candidate: &Candidate) -> bool {
+    let direction = candidate.direction.into();
+    let uv = shape_uv(shape, candidate.hit.uv);
+    shape.oriented_normal(candidate.hit.primitive, uv, direction).dot(direction) < 0.0
+}

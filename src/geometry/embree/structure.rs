@@ -1,0 +1,165 @@
+//! One acceleration structure: an Embree scene for render space, with the shapes of `top_level` and the instances, and one
+//! for each prototype that is used. Debian's Embree allows one level of instances, which is what [`Geometry`] has.
+
+use std::sync::Arc;
+
+use ::embree::{CurveKind, Device, Error, HitFilter, Scene, SceneBuilder};
+use glam::Vec3;
+
+use super::adapters::{ShapeOpacity, ShapePrimitives};
+use super::{is_embree_curve, motion};
+use crate::geometry::curve::Curves;
+use crate::geometry::trace::Opacity;
+use crate::geometry::{Geometry, InstanceId, Shape, ShapeId, ShapeKind};
+
+/// Pieces that Embree cuts a flat curve into: the most it allows. The deviation of chords from
+/// a cubic falls with the square of their number.
+const CURVE_PIECES: u32 = 16;
+
+/// What a geometry number of the render-space scene stands for.
+enum Target {
+    Shape(ShapeId),
+    Instance { id: InstanceId, prototype: u32 },
+}
+
+/// A prototype's scene.
+struct PrototypeScene {
+    /// `None` where the prototype has no shape for this structure.
+    scene: Option<Arc<Scene>>,
+    /// The shape of each geometry number.
+    shapes: Vec<ShapeId>,
+}
+
+/// An acceleration structure over the opaque shapes or over the boundaries.
+pub(super) struct Structure {
+    /// Render space.
+    pub scene: Scene,
+    targets: Vec<Target>,
+    /// Parallel to [`Geometry::prototypes`]; `None` for those without an instance.
+    prototypes: Vec<Option<PrototypeScene>>,
+}
+
+/// What building needs at every step.
+struct Builder<'a> {
+    device: &'a Arc<Device>,
+    geometry: &'a Arc<Geometry>,
+    opacity: Option<&'a Arc<dyn Opacity>>,
+    boundaries: bool,
+}
+
+impl Structure {
+    /// The structure over the boundaries, or over all the rest.
+    pub fn build(
+        device: &Arc<Device>,
+        geometry: &Arc<Geometry>,
+        opacity: Option<&Arc<dyn Opacity>>,
+        boundaries: bool,
+    ) -> Result<Self, Error> {
+        let builder = Builder { device, geometry, opacity, boundaries };
+        let mut top = SceneBuilder::new(device, true)?;
+        let mut targets = Vec::new();
+        for &shape in &geometry.top_level {
+            if let Some(made) = builder.shape(shape)? {
+                top.attach(made)?;
+                targets.push(Target::Shape(shape));
+            }
+        }
+        let mut prototypes: Vec<Option<PrototypeScene>> = Vec::new();
+        prototypes.resize_with(geometry.prototypes.len(), || None);
+        for (id, instance) in geometry.instances.iter().enumerate() {
+            let slot = &mut prototypes[instance.prototype as usize];
+            let prototype = match slot {
+                Some(prototype) => prototype,
+                None => slot.insert(builder.prototype(instance.prototype)?),
+            };
+            let Some(scene) = &prototype.scene else {
+                continue;
+            };
+            if let Some(made) = motion::instance(device, scene, &instance.transform)? {
+                top.attach(made)?;
+                targets.push(Target::Instance { id: InstanceId(id as u32), prototype: instance.prototype });
+            }
+        }
+        Ok(Self { scene: top.commit()?, targets, prototypes })
+    }
+
+    /// The shape and instance of Embree's geometry and instance numbers.
+    #[inline]
+    pub fn resolve(&self, geometry: u32, instance: Option<u32>) -> (ShapeId, Option<InstanceId>) {
+        match self.targets[instance.unwrap_or(geometry) as usize] {
+            Target::Shape(shape) => (shape, None),
+            Target::Instance { id, prototype } => {
+                let prototype = self.prototypes[prototype as usize].as_ref().expect("an instanced prototype is built");
+                (prototype.shapes[geometry as usize], Some(id))
+            }
+        }
+    }
+}
+
+impl Builder<'_> {
+    fn prototype(&self, number: u32) -> Result<PrototypeScene, Error> {
+        let mut builder = SceneBuilder::new(self.device, true)?;
+        let mut shapes = Vec::new();
+        for &shape in &self.geometry.prototypes[number as usize].shapes {
+            if let Some(made) = self.shape(shape)? {
+                builder.attach(made)?;
+                shapes.push(shape);
+            }
+        }
+        let scene = if shapes.is_empty() { None } else { Some(Arc::new(builder.commit()?)) };
+        Ok(PrototypeScene { scene, shapes })
+    }
+
+    /// Embree's geometry of a shape, if it belongs to this structure and has anything to hit.
+    fn shape(&self, id: ShapeId) -> Result<Option<::embree::Geometry>, Error> {
+        let shape = &self.geometry.shapes[id.0 as usize];
+        if shape.is_boundary != self.boundaries || shape.primitive_count() == 0 {
+            return Ok(None);
+        }
+        let filter = self.filter(id, shape);
+        match &shape.kind {
+            ShapeKind::Triangles(_) => {
+                let owner = self.geometry.clone();
+                ::embree::Geometry::triangles(self.device, owner, |all| triangle_buffers(all, id), filter)
+            }
+            ShapeKind::Curves(curves) if is_embree_curve(shape) => self.flat_curves(curves, filter),
+            _ => {
+                let primitives = ShapePrimitives { geometry: self.geometry.clone(), shape: id };
+                ::embree::Geometry::user(self.device, Arc::new(primitives), filter)
+            }
+        }
+        .map(Some)
+    }
+
+    fn filter(&self, id: ShapeId, shape: &Shape) -> HitFilter {
+        match self.opacity {
+            _ if self.boundaries => HitFilter::Collect,
+            Some(opacity) if shape.has_opacity() => HitFilter::Test(Arc::new(ShapeOpacity {
+                geometry: self.geometry.clone(),
+                shape: id,
+                opacity: opacity.clone(),
+            })),
+            _ => HitFilter::None,
+        }
+    }
+
+    fn flat_curves(&self, curves: &Curves, filter: HitFilter) -> Result<::embree::Geometry, Error> {
+        let segments = curves.control_points.iter().zip(&curves.widths);
+        let vertices = segments.flat_map(|(points, &[start, end])| {
+            // A width linear along the segment has Bézier ordinates at thirds.
+            let radius = move |third: usize| 0.5 * (start + (end - start) * (third as f32 / 3.0));
+            points.iter().enumerate().map(move |(third, p)| [p.x, p.y, p.z, radius(third)])
+        });
+        let first = (0..curves.control_points.len() as u32).map(|segment| 4 * segment);
+        let (vertices, first) = (vertices.collect(), first.collect());
+        ::embree::Geometry::bezier_curves(self.device, CurveKind::Flat, vertices, first, CURVE_PIECES, filter)
+    }
+}
+
+/// Where a mesh's vertices and indices are.
+fn triangle_buffers(geometry: &Geometry, id: ShapeId) -> (&Vec<Vec3>, &[[u32; 3]]) {
+    match &geometry.shapes[id.0 as usize].kind {
+        ShapeKind::Triangles(mesh) => (&mesh.positions, &mesh.indices),
+        _ => unreachable!("asked only for shapes that were matched as triangles"),
+    }
+}

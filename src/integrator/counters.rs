@@ -1,0 +1,29 @@
+//! What the integrator did, in integers, so that sums do not depend on the order of threads.
+
+use derive_more::{Add, AddAssign, Sum};
+use serde::Serialize;
+
+/// Counts of events. One set a thread, added up at the end of a pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Add, AddAssign, Sum)]
+pub struct Counters {
+    /// Camera paths.
+    pub paths: u64,
+    /// Closest-hit queries.
+    pub closest_rays: u64,
+    /// Occlusion queries.
+    pub shadow_rays: u64,
+    /// Occlusion queries that were blocked.
+    pub shadow_rays_blocked: u64,
+    /// Queries for medium boundaries.
+    pub boundary_rays: u64,
+    /// Tentative collisions while sampling distances.
+    pub flight_steps: u64,
+    /// Tentative collisions while estimating transmittance.
+    pub transmittance_steps: u64,
+    /// Path vertices on surfaces.
+    pub surface_vertices: u64,
+    /// Path vertices in media.
+    pub medium_vertices: u64,
+    /// Regions that were not entered because too many overlap.
+    pub region_overflows: u64,
+}

@@ -1,0 +1,202 @@
+//! Flights through space: along a ray from vertex to vertex, across boundaries, through whatever media are there.
+//!
+//! Weights follow the null-scattering path integral with spectral MIS (Miller, Georgiev, Jarosz 2019; pbrt-v4 section 14.2.2):
+//! decisions are made by the coefficients of one channel (the *hero*, chosen uniformly for each path), and every weight is divided by
+//! the mean over the channels of the pdfs with which each of them would have made the same decisions. All
+//! pdfs are kept relative to the hero's, so they stay near 1 however long the path.
+
+use glam::Vec3;
+
+use super::counters::Counters;
+use super::path::Scratch;
+use super::world::World;
+use crate::geometry::Ray;
+use crate::math::Rgb;
+use crate::math::sampler::Stream;
+use crate::medium::MediumPoint;
+use crate::medium::phase::HenyeyGreenstein;
+use crate::medium::regions::Regions;
+use crate::medium::tracker::{Tracker, Transmittance};
+
+/// The weight of a path and the pdfs, relative to the hero's pdf of the path.
+#[derive(Clone, Copy, Debug)]
+pub struct PathWeight {
+    /// f / p_hero.
+    pub throughput: Rgb,
+    /// p_c / p_hero of sampling the path as it was sampled (by BSDFs, phase functions and free flights).
+    pub unidirectional: Rgb,
+    /// p_c / p_hero of having reached the current vertex by sampling a light from the one before (without the light's own pdf).
+    pub light: Rgb,
+}
+
+impl PathWeight {
+    /// The weight of a path that has just left the camera.
+    pub const START: Self = Self { throughput: Rgb::WHITE, unidirectional: Rgb::WHITE, light: Rgb::WHITE };
+
+    /// Throughput over the mean pdf: what a contribution counts that only this technique can find.
+    #[inline]
+    pub fn alone(&self) -> Rgb {
+        self.throughput / self.unidirectional.mean()
+    }
+
+    /// Throughput over the sum of the mean pdfs of both techniques (balance heuristic), `light_pdf` being that of sampling the light.
+    #[inline]
+    pub fn with_light(&self, light_pdf: f32) -> Rgb {
+        self.throughput / (self.unidirectional + self.light * light_pdf).mean()
+    }
+}
+
+/// What a path carries from vertex to vertex.
+#[derive(Clone, Debug)]
+pub struct PathState {
+    /// Weight and pdfs.
+    pub weight: PathWeight,
+    /// The media around.
+    pub regions: Regions,
+    /// The channel whose coefficients decide: 0, 1 or 2.
+    pub hero: usize,
+}
+
+/// A place in a medium where the path scatters.
+pub struct MediumVertex {
+    /// Where.
+    pub p: Vec3,
+    /// How.
+    pub phase: HenyeyGreenstein,
+}
+
+/// Follows `ray` up to `ray.t_max` (the next surface) and samples whether and where a medium scatters it. The regions of
+/// `path` are moved along, its weight is updated, and `emit` receives the emission gathered at every tentative collision.
+///
+/// A path whose weight has become black is over.
+pub fn sample_flight(
+    world: &World,
+    ray: &Ray,
+    path: &mut PathState,
+    stream: &mut Stream,
+    scratch: &mut Scratch,
+    mut emit: impl FnMut(Rgb),
+) -> Option<MediumVertex> {
+    // The list is taken out of the scratch space so that both can be used at once; its memory is kept.
+    let mut crossings = std::mem::take(&mut scratch.crossings);
+    world.tracer.boundaries(ray, &mut crossings);
+    scratch.counters.boundary_rays += 1;
+
+    let mut t_start = 0.0;
+    let mut vertex = None;
+    for i in 0..=crossings.len() {
+        let t_end = crossings.get(i).map_or(ray.t_max, |c| c.t);
+        if !path.regions.media().is_empty() && t_end > t_start {
+            vertex = sample_stretch(world, ray, [t_start, t_end], path, stream, &mut scratch.counters, &mut emit);
+            if vertex.is_some() || path.weight.throughput.is_black() {
+                break;
+            }
+        }
+        if let Some(crossing) = crossings.get(i) {
+            if !world.cross(&mut path.regions, crossing.shape, crossing.instance, crossing.entering) {
+                scratch.counters.region_overflows += 1;
+            }
+            t_start = crossing.t;
+        }
+    }
+    scratch.crossings = crossings;
+    vertex
+}
+
+/// One stretch between boundaries: delta tracking.
+fn sample_stretch(
+    world: &World,
+    ray: &Ray,
+    stretch: [f32; 2],
+    path: &mut PathState,
+    stream: &mut Stream,
+    counters: &mut Counters,
+    emit: &mut impl FnMut(Rgb),
+) -> Option<MediumVertex> {
+    let PathState { weight, regions, hero } = path;
+    let hero = *hero;
+    let mut tracker = Tracker::new(&world.media, regions.media(), ray.origin, ray.direction, stretch, stream);
+    while let Some(collision) = tracker.next(stream) {
+        counters.flight_steps += 1;
+        let p = ray.origin + ray.direction * collision.t;
+        let medium = world.medium(collision.medium);
+        let MediumPoint { absorption, scattering, emission } = medium.point(p);
+        let inverse_majorant = 1.0 / collision.majorant;
+
+        // Every tentative collision gathers emission: μ_a L_e / μ̄.
+        if !emission.is_black() {
+            emit(weight.alone() * emission * inverse_majorant);
+        }
+
+        // Real or null, by the hero's extinction. Absorption is not an event of its own: it goes into the weight as
+        // albedo, and Russian roulette ends paths that no longer matter.
+        let extinction = absorption + scattering;
+        // Divided, so that it is exactly 1 where they are equal: the tracker counts on it.
+        let real = extinction.map(|mu| (mu / collision.majorant).min(1.0));
+        if stream.next_f32() < real[hero] {
+            let inverse = 1.0 / real[hero];
+            weight.throughput *= scattering * (inverse_majorant * inverse);
+            weight.unidirectional *= real * inverse;
+            // From here on a light is sampled from this vertex.
+            weight.light = weight.unidirectional;
+            let p = ray.origin + ray.direction * within(collision.t, stretch, ray);
+            return (!weight.throughput.is_black())
+                .then(|| MediumVertex { p, phase: HenyeyGreenstein::new(medium.g()) });
+        }
+        let null = Rgb::WHITE - real;
+        let inverse = 1.0 / null[hero];
+        weight.throughput *= null * inverse;
+        weight.unidirectional *= null * inverse;
+        // A shadow ray passes every null collision with probability 1.
+        weight.light *= inverse;
+        if weight.throughput.is_black() {
+            return None;
+        }
+    }
+    None
+}
+
+/// `t` moved away from the ends of its stretch by what rounding may shift points along `ray`. A vertex beyond the boundary of its
+/// medium could leave without crossing that boundary, and its path would never know that it is outside.
+fn within(t: f32, [t_start, t_end]: [f32; 2], ray: &Ray) -> f32 {
+    let origin = ray.origin.abs().max_element();
+    let margin = |t: f32| 4.0 * f32::EPSILON * (origin + t);
+    // Where a ray starts there is no boundary, and none where it never ends.
+    let first = if t_start > 0.0 { t_start + margin(t_start) } else { 0.0 };
+    let last = if t_end < f32::INFINITY { t_end - margin(t_end) } else { f32::INFINITY };
+    if first < last { t.clamp(first, last) } else { 0.5 * (t_start + t_end) }
+}
+
+/// Estimates the transmittance of `ray` (a shadow ray that nothing blocks) through all media and across all boundaries.
+pub fn transmittance(
+    world: &World,
+    ray: &Ray,
+    regions: &Regions,
+    stream: &mut Stream,
+    scratch: &mut Scratch,
+) -> Transmittance {
+    let mut crossings = std::mem::take(&mut scratch.crossings);
+    world.tracer.boundaries(ray, &mut crossings);
+    scratch.counters.boundary_rays += 1;
+
+    let mut result = Transmittance::CLEAR;
+    let mut regions = regions.clone();
+    let mut t_start = 0.0;
+    for i in 0..=crossings.len() {
+        let t_end = crossings.get(i).map_or(ray.t_max, |c| c.t);
+        if !regions.media().is_empty() && t_end > t_start {
+            let (origin, direction) = (ray.origin, ray.direction);
+            let mut tracker = Tracker::new(&world.media, regions.media(), origin, direction, [t_start, t_end], stream);
+            let steps = &mut scratch.counters.transmittance_steps;
+            if !result.track(&mut tracker, &world.media, origin, direction, stream, steps) {
+                break;
+            }
+        }
+        if let Some(crossing) = crossings.get(i) {
+            world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering);
+            t_start = crossing.t;
+        }
+    }
+    scratch.crossings = crossings;
+    result
+}

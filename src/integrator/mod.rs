@@ -1,0 +1,11 @@
+//! The path: surfaces, media, next-event estimation, MIS. [`path`] reads top to bottom.
+
+pub mod counters;
+pub mod direct;
+pub mod flight;
+pub mod path;
+pub mod world;
+
+pub use counters::Counters;
+pub use path::{PathSettings, Scratch, trace_path};
+pub use world::World;

@@ -1,0 +1,277 @@
+//! The unidirectional volumetric path tracer. Source: Kajiya 1986; Veach 1997 (MIS); Miller et al. 2019 (media); the depth
+//! rule is pbrt-v4's (section 14.2.2): a path of k bounces gathers surface emission while k ≤ `max_depth`, and emission of media
+//! only while k < `max_depth`.
+
+use glam::Vec3;
+
+use super::counters::Counters;
+use super::direct::{Vertex, sample_direct};
+use super::flight::{PathState, PathWeight, sample_flight};
+use super::world::World;
+use crate::film::SampleResult;
+use crate::geometry::{BoundaryCrossing, Ray, RayHit, SurfacePoint};
+use crate::light::selector::SelectorScratch;
+use crate::light::{EmitterHit, LightId};
+use crate::material::MaterialId;
+use crate::math::Rgb;
+use crate::math::sampler::{Dimension, SamplePoint};
+use crate::medium::regions::Regions;
+
+/// What the path tracer may be told.
+#[derive(Clone, Copy, Debug)]
+pub struct PathSettings {
+    /// The largest number of bounces.
+    pub max_depth: u32,
+}
+
+/// Memory that a thread reuses from path to path.
+#[derive(Default)]
+pub struct Scratch {
+    /// Boundary crossings of the current ray.
+    pub crossings: Vec<BoundaryCrossing>,
+    /// The selector's weights at the current vertex.
+    pub selector: SelectorScratch,
+    /// What was done so far.
+    pub counters: Counters,
+}
+
+/// Sums contributions and sorts them into the image's layers, which add up to the beauty.
+struct Layers {
+    result: SampleResult,
+    /// What the path met first.
+    first: Option<FirstVertex>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum FirstVertex {
+    Surface,
+    Medium,
+}
+
+impl Layers {
+    /// Adds light that arrives after `depth` bounces, from a medium or from elsewhere.
+    #[inline]
+    fn add(&mut self, contribution: Rgb, depth: u32, from_medium: bool) {
+        let result = &mut self.result;
+        result.beauty += contribution;
+        match (self.first, depth) {
+            (None, _) if !from_medium => result.emission += contribution,
+            (None | Some(FirstVertex::Medium), _) => result.volume += contribution,
+            (Some(FirstVertex::Surface), 1) => result.direct += contribution,
+            (Some(FirstVertex::Surface), _) => result.indirect += contribution,
+        }
+    }
+}
+
+/// The radiance that arrives along `ray` from a camera, as one unbiased sample, sorted into layers.
+///
+/// `MEDIA` is whether the world has any: without, the code for them is not there.
+pub fn trace_path<const MEDIA: bool>(
+    world: &World,
+    settings: &PathSettings,
+    mut ray: Ray,
+    random: &SamplePoint,
+    scratch: &mut Scratch,
+) -> SampleResult {
+    scratch.counters.paths += 1;
+    let mut layers = Layers { result: SampleResult { depth: f32::INFINITY, ..Default::default() }, first: None };
+    let mut path = PathState {
+        weight: PathWeight::START,
+        regions: if MEDIA { camera_regions(world, &ray, scratch) } else { Default::default() },
+        hero: if MEDIA { (random.draw::<2>(0, Dimension::Time)[1] * 3.0) as usize } else { 0 },
+    };
+    let mut depth = 0;
+    // The last vertex, if lights were sampled from it.
+    let mut sampled_from: Option<Vec3> = None;
+    // Undoes the radiance scaling of refraction for Russian roulette.
+    let mut eta_scale = 1.0;
+
+    for index in 1.. {
+        ray.opacity_seed = random.hash(index, Dimension::Opacity);
+        scratch.counters.closest_rays += 1;
+        let hit = world.tracer.closest(&ray);
+        let wo = -ray.direction;
+
+        if MEDIA {
+            ray.t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+            let mut stream = random.stream(index, Dimension::Flight);
+            let vertex = sample_flight(world, &ray, &mut path, &mut stream, scratch, |emission| {
+                if depth < settings.max_depth {
+                    layers.add(emission, depth, true);
+                }
+            });
+            if path.weight.throughput.is_black() {
+                break;
+            }
+            if let Some(vertex) = vertex {
+                if depth >= settings.max_depth {
+                    break;
+                }
+                depth += 1;
+                scratch.counters.medium_vertices += 1;
+                layers.first.get_or_insert(FirstVertex::Medium);
+                let p = vertex.p;
+                let gathered = sample_direct::<MEDIA>(
+                    world,
+                    &Vertex::Medium(&vertex),
+                    wo,
+                    ray.time,
+                    &path,
+                    (random, index),
+                    scratch,
+                );
+                layers.add(gathered, depth, false);
+
+                let [u0, u1, u_roulette] = random.draw::<3>(index, Dimension::Scatter);
+                let wi = vertex.phase.sample(wo, [u0, u1]);
+                // f / pdf = 1: only the pdf of having sampled a light instead changes.
+                path.weight.light = path.weight.unidirectional / vertex.phase.evaluate(wo, wi);
+                sampled_from = Some(p);
+                ray = Ray { origin: p, direction: wi, t_max: f32::INFINITY, ..ray };
+                if !survives(&mut path.weight, eta_scale, depth, u_roulette) {
+                    break;
+                }
+                continue;
+            }
+        }
+
+        let Some(hit) = hit else {
+            for &light in world.lights.infinite() {
+                let radiance = world.lights.background(light, ray.direction);
+                if !radiance.is_black() {
+                    let weight = mis_weight(world, &path, sampled_from, light, scratch, || {
+                        world.lights.background_pdf(light, ray.direction)
+                    });
+                    layers.add(weight * radiance, depth, false);
+                }
+            }
+            break;
+        };
+
+        let point = world.geometry.surface_point(&ray, &hit);
+        let shape = &world.geometry.shapes[hit.shape.0 as usize];
+        if MEDIA {
+            // Whatever rounding did on the way: now it is known which side of this surface the path is on.
+            world.cross(&mut path.regions, hit.shape, hit.instance, wo.dot(point.ng) < 0.0);
+        }
+        if let Some(light) = shape.light.map(LightId) {
+            let radiance = world.lights.emitted(light, point.ng, wo, point.uv);
+            if !radiance.is_black() {
+                let weight = mis_weight(world, &path, sampled_from, light, scratch, || {
+                    // `sampled_from` is set whenever this is called.
+                    let from = sampled_from.unwrap_or(ray.origin);
+                    world.lights.pdf(&world.geometry, light, from, &emitter_hit(&hit, &point, ray.time), ray.direction)
+                });
+                layers.add(weight * radiance, depth, false);
+            }
+        }
+        if depth >= settings.max_depth {
+            break;
+        }
+        depth += 1;
+        scratch.counters.surface_vertices += 1;
+
+        let material = MaterialId(shape.material);
+        let [u_mix] = if world.materials.is_mix(material) { random.draw(index, Dimension::Mix) } else { [0.0] };
+        let bsdf = world.materials.bsdf(material, &point, wo, u_mix, random.hash(index, Dimension::Layers));
+        if layers.first.is_none() {
+            layers.first = Some(FirstVertex::Surface);
+            layers.result.albedo = bsdf.albedo(wo);
+            layers.result.normal = point.ns;
+            layers.result.depth = hit.t;
+        }
+
+        let specular = bsdf.is_specular();
+        if !specular {
+            let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
+            let gathered = sample_direct::<MEDIA>(world, &vertex, wo, ray.time, &path, (random, index), scratch);
+            layers.add(gathered, depth, false);
+        }
+
+        let [u_lobe, u0, u1, u_roulette] = random.draw::<4>(index, Dimension::Scatter);
+        let Some(sample) = bsdf.sample(wo, [u_lobe, u0, u1]) else { break };
+        let cosine = sample.wi.dot(point.ns).abs();
+        path.weight.throughput *= sample.f * (cosine / sample.pdf);
+        if path.weight.throughput.is_black() {
+            break;
+        }
+        let pdf = if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi) } else { sample.pdf };
+        path.weight.light = path.weight.unidirectional / pdf;
+        sampled_from = (!sample.is_specular).then_some(point.p);
+        if sample.is_transmission {
+            eta_scale *= sample.eta * sample.eta;
+            if MEDIA {
+                world.cross(&mut path.regions, point.shape, point.instance, sample.wi.dot(point.ng) < 0.0);
+            }
+        }
+        let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
+        ray = Ray { origin: vertex.ray_origin(sample.wi), direction: sample.wi, t_max: f32::INFINITY, ..ray };
+        if !survives(&mut path.weight, eta_scale, depth, u_roulette) {
+            break;
+        }
+    }
+    layers.result
+}
+
+/// The regions where a camera ray starts: those of the camera's first position, taken along to where a moving camera or a
+/// lens has put the ray. Only boundaries count on that way, not surfaces that separate media, and boundaries count as they stand at the
+/// ray's time.
+#[inline]
+fn camera_regions(world: &World, ray: &Ray, scratch: &mut Scratch) -> Regions {
+    let mut regions = world.camera_regions.clone();
+    let distance = ray.origin.length();
+    if distance > 0.0 {
+        let way = Ray { origin: Vec3::ZERO, direction: ray.origin / distance, t_max: distance, ..*ray };
+        world.tracer.boundaries(&way, &mut scratch.crossings);
+        scratch.counters.boundary_rays += 1;
+        for crossing in &scratch.crossings {
+            world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering);
+        }
+    }
+    regions
+}
+
+fn emitter_hit(hit: &RayHit, point: &SurfacePoint, time: f32) -> EmitterHit {
+    EmitterHit {
+        shape: hit.shape,
+        primitive: hit.primitive,
+        parameters: hit.uv,
+        time,
+        instance: hit.instance,
+        p: point.p,
+        ng: point.ng,
+        uv: point.uv,
+    }
+}
+
+/// The weight of light that the path met by itself: shared with next-event estimation where the last vertex sampled lights.
+#[inline]
+fn mis_weight(
+    world: &World,
+    path: &PathState,
+    sampled_from: Option<Vec3>,
+    light: LightId,
+    scratch: &Scratch,
+    pdf: impl FnOnce() -> f32,
+) -> Rgb {
+    if sampled_from.is_some() {
+        path.weight.with_light(world.selector.pmf(light, &scratch.selector) * pdf())
+    } else {
+        path.weight.alone()
+    }
+}
+
+/// Unbiased Russian roulette (Arvo & Kirk 1990): from the second bounce on, a path that would count less than 1 goes on with that
+/// probability, and then counts as 1.
+#[inline]
+fn survives(weight: &mut PathWeight, eta_scale: f32, depth: u32, u: f32) -> bool {
+    let continuation = (weight.throughput * eta_scale).max_channel() / weight.unidirectional.mean();
+    if continuation >= 1.0 || depth <= 1 {
+        return true;
+    }
+    if u >= continuation {
+        return false;
+    }
+    weight.throughput *= 1.0 / continuation;
+    true
+}

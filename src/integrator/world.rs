@@ -1,0 +1,61 @@
+//! Everything a path meets: immutable, shared by all threads.
+
+use std::sync::Arc;
+
+use crate::geometry::{Geometry, InstanceId, ShapeId, Tracer};
+use crate::light::Lights;
+use crate::light::selector::LightSelector;
+use crate::material::Materials;
+use crate::medium::regions::{Interface, Regions};
+use crate::medium::{Medium, MediumId};
+
+/// The scene as the integrator sees it.
+pub struct World {
+    /// Shapes and instances.
+    pub geometry: Arc<Geometry>,
+    /// Rays.
+    pub tracer: Tracer,
+    /// Materials and textures.
+    pub materials: Arc<Materials>,
+    /// Lights.
+    pub lights: Lights,
+    /// How a light is chosen at a vertex.
+    pub selector: LightSelector,
+    /// Media, by [`MediumId`]; empty for scenes without.
+    pub media: Vec<Medium>,
+    /// How many of them were read from OpenVDB files.
+    pub volume_files: usize,
+    /// What [`crate::geometry::Shape::medium_interface`] refers to.
+    pub interfaces: Vec<Interface>,
+    /// The regions that the camera starts in.
+    pub camera_regions: Regions,
+}
+
+impl World {
+    /// Whether any path can be in a medium. Scenes without never run the code for media.
+    pub fn has_media(&self) -> bool {
+        !self.media.is_empty()
+    }
+
+    /// The interface of a shape, where it separates different media.
+    #[inline]
+    pub fn transition(&self, shape: ShapeId) -> Option<Interface> {
+        let interface = self.interfaces[self.geometry.shapes[shape.0 as usize].medium_interface? as usize];
+        interface.is_transition().then_some(interface)
+    }
+
+    /// The medium of that number.
+    #[inline]
+    pub fn medium(&self, id: MediumId) -> &Medium {
+        &self.media[id.0 as usize]
+    }
+
+    /// Moves `regions` across a boundary; false where too many overlap.
+    #[inline]
+    pub fn cross(&self, regions: &mut Regions, shape: ShapeId, instance: Option<InstanceId>, entering: bool) -> bool {
+        match self.transition(shape) {
+            Some(interface) => regions.cross(shape, instance, interface, entering),
+            None => true,
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! Lanternfish: a CPU production renderer for scenes with very many lights and OpenVDB volumes.
+//!
+//! Rooms, from the top; each uses only those below it: [`cli`], [`report`], [`render`], [`integrator`], [`light`],
+//! [`medium`], [`material`], [`geometry`], [`gallery`], [`scene`], [`film`], [`math`].
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod cli;
+pub mod film;
+pub mod gallery;
+pub mod geometry;
+pub mod integrator;
+pub mod light;
+pub mod material;
+pub mod math;
+pub mod medium;
+pub mod render;
+pub mod report;
+pub mod scene;

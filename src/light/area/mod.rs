@@ -1,0 +1,229 @@
+//! Diffuse area lights: shapes that radiate the same radiance from every point in every direction of one side or both.
+//!
+//! Sources: pbrt-v4 section 12.4; section 6.2.4 for cones over spheres. A mesh is one light. An emitter that belongs to an
+//! instance is placed by the instance's transform at the ray's time, so a moving emitter is sampled where rays meet it.
+
+pub mod extent;
+
+use glam::{Affine3A, Mat3A, Vec3};
+
+use super::{EmitterHit, LightSample};
+use crate::geometry::sampling::{ShapeSampler, area_scale, round_sphere};
+use crate::geometry::trace::Opacity;
+use crate::geometry::{Geometry, InstanceId, Shape, ShapeId, ShapeKind};
+use crate::math::Rgb;
+use crate::math::frame::Frame;
+use crate::math::robust::gamma;
+use crate::math::sampler::mix;
+use crate::math::warp::{uniform_cone, uniform_cone_pdf};
+
+/// A shape that emits.
+#[derive(Clone, Debug)]
+pub struct AreaLight {
+    /// The shape.
+    pub shape: ShapeId,
+    /// The one instance it appears in, where it belongs to a prototype.
+    pub instance: Option<InstanceId>,
+    /// Emitted radiance (W/(m² sr)).
+    pub radiance: Rgb,
+    /// Emits from the side against the normal too.
+    pub two_sided: bool,
+    /// No ray can meet it (constant alpha 0): it lights the scene through sampling alone.
+    pub invisible: bool,
+    /// Drawn by the cone it fills: a whole, round sphere without `alpha` (the cone gives no parameters to ask that at).
+    pub by_cone: bool,
+    /// Draws points on it; `None` for what cannot be sampled, which is dark.
+    pub sampler: Option<ShapeSampler>,
+    /// Area in render space, at time 0.
+    pub area: f32,
+    /// Where it is and which way it faces, over all times.
+    pub bounds: EmitterBounds,
+}
+
+/// A sphere around an emitter and a cone around its normals.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EmitterBounds {
+    /// Centre of the bounding sphere.
+    pub centre: Vec3,
+    /// Its radius.
+    pub radius: f32,
+    /// Unit axis of the cone of normals.
+    pub axis: Vec3,
+    /// Cosine of the cone's half angle; −1 for all directions.
+    pub cos_normals: f32,
+}
+
+impl AreaLight {
+    /// The radiance that leaves a point of normal `ng` towards the unit direction `wo`.
+    #[inline]
+    pub fn emitted(&self, ng: Vec3, wo: Vec3) -> Rgb {
+        if self.two_sided || ng.dot(wo) > 0.0 { self.radiance } else { Rgb::BLACK }
+    }
+
+    /// Φ = π A L, twice that for both sides.
+    pub fn power(&self) -> Rgb {
+        self.radiance * (std::f32::consts::PI * self.area * if self.two_sided { 2.0 } else { 1.0 })
+    }
+
+    /// Shape space to render space at `time`; `None` for the identity.
+    #[inline]
+    fn to_render(&self, geometry: &Geometry, time: f32) -> Option<Affine3A> {
+        self.instance.map(|instance| geometry.instances[instance.0 as usize].transform.at(time))
+    }
+
+    /// A direction from `p` to the light.
+    pub fn sample(
+        &self,
+        geometry: &Geometry,
+        opacity: Option<&dyn Opacity>,
+        p: Vec3,
+        time: f32,
+        u: [f32; 2],
+        u_part: f64,
+    ) -> Option<LightSample> {
+        let sampler = self.sampler.as_ref()?;
+        let shape = &geometry.shapes[self.shape.0 as usize];
+        let to_render = self.to_render(geometry, time);
+        if self.by_cone
+            && let Some(cone) = Cone::new(shape, to_render.as_ref(), p)
+        {
+            return self.sample_cone(&cone, shape, p, u);
+        }
+        let sample = sampler.sample(shape, u, u_part)?;
+        let point = sample.point;
+        let (target, ng, mut pdf_area) = match &to_render {
+            None => (point.p, point.ng, point.pdf_area),
+            Some(m) => {
+                let ng = normal_to_render(&m.matrix3, point.ng)?;
+                (m.transform_point3(point.p), ng, point.pdf_area / area_scale(&m.matrix3, ng))
+            }
+        };
+        let to_light = target - p;
+        let square = to_light.length_squared();
+        if !(square > 0.0 && square.is_finite()) {
+            return None;
+        }
+        let distance = square.sqrt();
+        let wi = to_light / distance;
+        let cos = ng.dot(wi).abs();
+        let radiance = self.emitted(ng, -wi);
+        if radiance.is_black() || cos == 0.0 {
+            return None;
+        }
+        if let (Some(opacity), Some(_), false) = (opacity, shape.alpha, self.invisible) {
+            // The same chance to be there that a ray that meets the point gives it.
+            let seed = mix(u64::from(u[0].to_bits()) << 32 | u64::from(u[1].to_bits())) ^ mix(u_part.to_bits());
+            if !opacity.is_opaque(geometry, self.shape, sample.primitive, sample.parameters, seed as u32) {
+                return None;
+            }
+        }
+        pdf_area *= square / cos;
+        if !(pdf_area > 0.0 && pdf_area.is_finite()) {
+            return None;
+        }
+        let distance = shortened(distance, p, target, cos);
+        Some(LightSample { wi, distance, radiance, pdf: pdf_area, is_delta: self.invisible })
+    }
+
+    fn sample_cone(&self, cone: &Cone, shape: &Shape, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let local = uniform_cone(u, cone.one_minus_cos);
+        let wi = Frame::from_z(cone.axis).to_world(local).normalize();
+        let sin_squared = local.x * local.x + local.y * local.y;
+        let square = cone.distance * cone.distance;
+        // Near the rim the square root magnifies rounding: any distance within the error is taken as the nearest one.
+        let half_chord = cone.radius * cone.radius - square * sin_squared;
+        let error = gamma(16) * (square + cone.radius * (p.length() + cone.centre.length()));
+        let nearest = cone.distance * local.z - half_chord.max(0.0).sqrt();
+        let safest = cone.distance * local.z - (half_chord + error).max(0.0).sqrt();
+        let safest = safest.max(shortened(cone.distance - cone.radius, p, cone.centre, 1.0));
+        let ng = (p + nearest * wi - cone.centre).normalize_or(-cone.axis);
+        let inward = shape.flip_normal != handedness_swapped(shape);
+        let radiance = self.emitted(if inward { -ng } else { ng }, -wi);
+        if radiance.is_black() {
+            return None;
+        }
+        let distance = safest.min(shortened(nearest, p, cone.centre, 1.0));
+        let pdf = uniform_cone_pdf(cone.one_minus_cos);
+        (distance > 0.0 && pdf.is_finite()).then_some(LightSample {
+            wi,
+            distance,
+            radiance,
+            pdf,
+            is_delta: self.invisible,
+        })
+    }
+
+    /// The solid-angle pdf with which [`AreaLight::sample`] from `p` takes the unit direction `wi` that meets `hit`.
+    pub fn pdf(&self, geometry: &Geometry, p: Vec3, hit: &EmitterHit, wi: Vec3) -> f32 {
+        let Some(sampler) = self.sampler.as_ref() else { return 0.0 };
+        if self.invisible {
+            return 0.0;
+        }
+        let shape = &geometry.shapes[self.shape.0 as usize];
+        let to_render = self.to_render(geometry, hit.time);
+        if self.by_cone
+            && let Some(cone) = Cone::new(shape, to_render.as_ref(), p)
+        {
+            return uniform_cone_pdf(cone.one_minus_cos);
+        }
+        let pdf_area = match &to_render {
+            None => sampler.pdf_area(shape, hit.primitive, hit.parameters, hit.ng),
+            Some(m) => {
+                let normal = Vec3::from(m.matrix3.transpose() * glam::Vec3A::from(hit.ng)).normalize_or_zero();
+                sampler.pdf_area(shape, hit.primitive, hit.parameters, normal) / area_scale(&m.matrix3, hit.ng)
+            }
+        };
+        let pdf = pdf_area * (hit.p - p).length_squared() / hit.ng.dot(wi).abs();
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+}
+
+/// The cone that a sphere fills as seen from outside.
+struct Cone {
+    centre: Vec3,
+    radius: f32,
+    /// Unit direction to the centre.
+    axis: Vec3,
+    /// Distance to the centre.
+    distance: f32,
+    one_minus_cos: f32,
+}
+
+impl Cone {
+    /// `None` from inside (and from so near to the surface that it cannot be told).
+    fn new(shape: &Shape, to_render: Option<&Affine3A>, p: Vec3) -> Option<Self> {
+        let ShapeKind::Sphere(sphere) = &shape.kind else { return None };
+        let (mut centre, mut radius) = round_sphere(sphere)?;
+        if let Some(m) = to_render {
+            centre = m.transform_point3(centre);
+            radius *= m.matrix3.determinant().abs().cbrt();
+        }
+        let to_centre = centre - p;
+        let distance = to_centre.length();
+        if distance <= radius * (1.0 + 1e-5) || !distance.is_finite() {
+            return None;
+        }
+        let sin = radius / distance;
+        // 1 − cos θ_max without cancellation for spheres that look like points.
+        let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).max(0.0).sqrt());
+        let pdf = uniform_cone_pdf(one_minus_cos);
+        pdf.is_finite().then_some(Self { centre, radius, axis: to_centre / distance, distance, one_minus_cos })
+    }
+}
+
+fn handedness_swapped(shape: &Shape) -> bool {
+    matches!(&shape.kind, ShapeKind::Sphere(sphere) if sphere.to_shape.matrix3.determinant() < 0.0)
+}
+
+/// A unit normal under an affine map.
+pub(in crate::light) fn normal_to_render(matrix: &Mat3A, normal: Vec3) -> Option<Vec3> {
+    (matrix.inverse().transpose() * normal).try_normalize()
+}
+
+/// `distance` less what rounding at both ends (positions, the ray's offset origin) can amount to along a ray that meets the
+/// light at `cos` to its normal. At most a hundredth is taken off.
+#[inline]
+pub(in crate::light) fn shortened(distance: f32, p: Vec3, light: Vec3, cos: f32) -> f32 {
+    let error = gamma(64) * (p.abs().max_element() + light.abs().max_element() + distance) / cos.max(1e-3);
+    distance - error.min(0.01 * distance)
+}

@@ -1,0 +1,55 @@
+//! What a light would contribute at a point if nothing were in the way, in one number: the luminance of the irradiance at a
+//! surface, of the fluence in a medium. Light selection weighs lights by it, so it must be positive wherever a
+//! light can contribute, and need not be more than an estimate.
+//!
+//! Emitters with a surface are bounded by a sphere around them and a cone around their normals, after Conty Estevez & Kulla,
+//! "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, section 3: every cosine is the largest that
+//! any direction into the sphere could have, and a distance is never taken as less than the sphere's radius.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::emitters::Emitter;
+use super::{LightId, LightRef, Lights, Receiver};
+
+impl Lights {
+    /// An estimate of what the light `id` contributes at `receiver`, unoccluded (luminance of irradiance or fluence): positive
+    /// wherever it contributes, finite.
+    #[inline]
+    pub fn contribution(&self, id: LightId, receiver: &Receiver) -> f32 {
+        let value = match self.get(id) {
+            LightRef::Area(light) => Emitter::of(light).at(receiver),
+            LightRef::Point(light) => light.intensity.luminance() * from_point(light.p, receiver),
+            LightRef::Spot(light) => {
+                let w = (receiver.p() - light.p).normalize_or(light.axis);
+                light.intensity.luminance() * light.falloff(w.dot(light.axis)) * from_point(light.p, receiver)
+            }
+            LightRef::Distant(light) => light.irradiance.luminance() * cosine(receiver, light.wi),
+            LightRef::Infinite(light) => match *receiver {
+                Receiver::Surface { ns, two_sided: false, .. } => light.irradiance(ns),
+                Receiver::Surface { ns, two_sided: true, .. } => light.irradiance(ns) + light.irradiance(-ns),
+                Receiver::Medium { .. } => 4.0 * PI * light.mean_radiance().luminance(),
+            },
+        };
+        // NaN becomes 0.
+        if value > 0.0 { value.min(f32::MAX) } else { 0.0 }
+    }
+}
+
+/// cos θ / d² for a point; a medium takes the cosine as 1.
+fn from_point(light: Vec3, receiver: &Receiver) -> f32 {
+    let to_light = light - receiver.p();
+    let square = to_light.length_squared().max(f32::MIN_POSITIVE);
+    cosine(receiver, to_light / square.sqrt()) / square
+}
+
+/// The cosine at the receiver of `wi`, where it counts.
+#[inline]
+fn cosine(receiver: &Receiver, wi: Vec3) -> f32 {
+    match *receiver {
+        Receiver::Medium { .. } => 1.0,
+        Receiver::Surface { ns, two_sided: true, .. } => ns.dot(wi).abs(),
+        Receiver::Surface { ns, two_sided: false, .. } => ns.dot(wi).max(0.0),
+    }
+}

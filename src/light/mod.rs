@@ -1,0 +1,352 @@
+//! Lights: where they are, what they send to a point, how a direction to them is drawn; and how one is chosen ([`selector`]).
+//!
+//! Units and parameters are pbrt-v4's, in RGB. A light is a [`LightId`]; area lights come first, in the order in which their
+//! shapes were given, so that shapes can carry their light's number before the lights are built. Each type has its own
+//! array: a point light takes 28 bytes. One light is one thing to choose, also a mesh of a million triangles.
+
+pub mod area;
+pub mod build;
+pub mod contribution;
+pub mod distant;
+pub mod emitters;
+pub mod environment;
+pub mod infinite;
+pub mod point;
+pub mod selector;
+pub mod spot;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use crate::geometry::trace::Opacity;
+use crate::geometry::{Geometry, InstanceId, ShapeId};
+use crate::math::Rgb;
+
+pub use area::AreaLight;
+pub use distant::DistantLight;
+pub use environment::Environment;
+pub use infinite::InfiniteLight;
+pub use point::PointLight;
+pub use selector::{LightSelector, SelectorKind, SelectorScratch};
+pub use spot::SpotLight;
+
+/// A light, by its place in [`Lights`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LightId(pub u32);
+
+/// A direction towards a light from a given point, and what arrives along it if nothing is in the way.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit direction to the light, render space.
+    pub wi: Vec3,
+    /// Distance to it; infinite for infinite lights. Already shortened so that a shadow ray cannot meet the light's own surface.
+    pub distance: f32,
+    /// Radiance that arrives (for Dirac lights: with the inverse square and `pdf` = 1).
+    pub radiance: Rgb,
+    /// Solid-angle pdf of the direction given the light; 1 for Dirac lights. Divide by it in any case.
+    pub pdf: f32,
+    /// No BSDF sample can meet it, so its MIS weight is 1: a Dirac light, or an area light that no ray can meet.
+    pub is_delta: bool,
+}
+
+/// A point on an emitter that a ray has met.
+#[derive(Clone, Copy, Debug)]
+pub struct EmitterHit {
+    /// The emitting shape.
+    pub shape: ShapeId,
+    /// Its primitive.
+    pub primitive: u32,
+    /// The primitive's own parameters there: [`crate::geometry::RayHit::uv`].
+    pub parameters: [f32; 2],
+    /// Its instance.
+    pub instance: Option<InstanceId>,
+    /// Where, in render space.
+    pub p: Vec3,
+    /// Oriented geometric normal there.
+    pub ng: Vec3,
+    /// Texture coordinates there.
+    pub uv: Vec2,
+    /// The ray's time, 0..=1.
+    pub time: f32,
+}
+
+/// Where light is received.
+#[derive(Clone, Copy, Debug)]
+pub enum Receiver {
+    /// A surface: position, unit shading normal (towards the viewer's side), whether it also transmits.
+    Surface {
+        /// Position.
+        p: Vec3,
+        /// Shading normal, on the side that light is gathered from.
+        ns: Vec3,
+        /// Light from behind counts too.
+        two_sided: bool,
+    },
+    /// A point in a medium.
+    Medium {
+        /// Position.
+        p: Vec3,
+    },
+}
+
+impl Receiver {
+    /// Its position, render space.
+    pub fn p(&self) -> Vec3 {
+        match *self {
+            Self::Surface { p, .. } | Self::Medium { p } => p,
+        }
+    }
+}
+
+/// All lights of a scene.
+#[derive(Default)]
+pub struct Lights {
+    area: Vec<AreaLight>,
+    /// The lights after the area lights.
+    others: Vec<Handle>,
+    points: Vec<PointLight>,
+    spots: Vec<SpotLight>,
+    distants: Vec<DistantLight>,
+    infinites: Vec<InfiniteLight>,
+    infinite: Vec<LightId>,
+    scene_centre: Vec3,
+    scene_radius: f32,
+    opacity: Option<Arc<dyn Opacity>>,
+}
+
+impl std::fmt::Debug for Lights {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Lights")
+            .field("area", &self.area.len())
+            .field("others", &self.others.len())
+            .finish_non_exhaustive()
+    }
+}
+
+/// Type (3 bits) and place in the type's array (29 bits).
+#[derive(Clone, Copy, Debug)]
+struct Handle(u32);
+
+const INDEX_BITS: u32 = 29;
+
+impl Handle {
+    fn new(kind: u32, index: usize) -> Self {
+        Self(kind << INDEX_BITS | index as u32)
+    }
+}
+
+const POINT: u32 = 0;
+const SPOT: u32 = 1;
+const DISTANT: u32 = 2;
+const INFINITE: u32 = 3;
+
+/// One light, whatever its type.
+#[derive(Clone, Copy, Debug)]
+pub enum LightRef<'a> {
+    /// A shape that emits.
+    Area(&'a AreaLight),
+    /// A point.
+    Point(&'a PointLight),
+    /// A point with a cone.
+    Spot(&'a SpotLight),
+    /// Parallel light.
+    Distant(&'a DistantLight),
+    /// A background.
+    Infinite(&'a InfiniteLight),
+}
+
+impl Lights {
+    /// How many there are, dark ones included.
+    pub fn len(&self) -> usize {
+        self.area.len() + self.others.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All of them, in order.
+    pub fn ids(&self) -> impl ExactSizeIterator<Item = LightId> + use<> {
+        (0..self.len() as u32).map(LightId)
+    }
+
+    /// The light `id`.
+    #[inline]
+    pub fn get(&self, id: LightId) -> LightRef<'_> {
+        let id = id.0 as usize;
+        if let Some(light) = self.area.get(id) {
+            return LightRef::Area(light);
+        }
+        let handle = self.others[id - self.area.len()].0;
+        let index = (handle & ((1 << INDEX_BITS) - 1)) as usize;
+        match handle >> INDEX_BITS {
+            POINT => LightRef::Point(&self.points[index]),
+            SPOT => LightRef::Spot(&self.spots[index]),
+            DISTANT => LightRef::Distant(&self.distants[index]),
+            _ => LightRef::Infinite(&self.infinites[index]),
+        }
+    }
+
+    /// Adds a point light.
+    pub fn add_point(&mut self, light: PointLight) -> LightId {
+        self.points.push(light);
+        self.add_handle(Handle::new(POINT, self.points.len() - 1))
+    }
+
+    /// Adds a spot light.
+    pub fn add_spot(&mut self, light: SpotLight) -> LightId {
+        self.spots.push(light);
+        self.add_handle(Handle::new(SPOT, self.spots.len() - 1))
+    }
+
+    /// Adds a distant light.
+    pub fn add_distant(&mut self, light: DistantLight) -> LightId {
+        self.distants.push(light);
+        self.add_handle(Handle::new(DISTANT, self.distants.len() - 1))
+    }
+
+    /// Adds a background.
+    pub fn add_infinite(&mut self, light: InfiniteLight) -> LightId {
+        self.infinites.push(light);
+        let id = self.add_handle(Handle::new(INFINITE, self.infinites.len() - 1));
+        self.infinite.push(id);
+        id
+    }
+
+    fn add_handle(&mut self, handle: Handle) -> LightId {
+        self.others.push(handle);
+        LightId(self.len() as u32 - 1)
+    }
+
+    /// The box around all geometry, render space: gives infinite and distant lights their power.
+    pub fn set_scene_bounds(&mut self, min: Vec3, max: Vec3) {
+        let half = (max - min) * 0.5;
+        if half.is_finite() && half.min_element() >= 0.0 {
+            self.scene_centre = min + half;
+            self.scene_radius = half.length();
+        }
+    }
+
+    /// Who decides whether a point of a shape with an `alpha` is there, so that masked emitters shine only where they are.
+    pub fn set_opacity(&mut self, opacity: Arc<dyn Opacity>) {
+        self.opacity = Some(opacity);
+    }
+
+    /// Declares that no ray can meet the area light `id`: its shape has a constant `alpha` of 0. As in pbrt-v4 it still lights
+    /// the scene, by sampling alone.
+    pub fn set_invisible(&mut self, id: LightId) {
+        if let Some(light) = self.area.get_mut(id.0 as usize) {
+            light.invisible = true;
+        }
+    }
+
+    /// A direction from `p` to the light `id` at `time`, drawn with `u` and, for a choice among the light's parts, `u_part`, all in
+    /// [0, 1). `None` where nothing arrives. `u_part` is f64 because a mesh may have millions of parts.
+    #[inline]
+    pub fn sample(
+        &self,
+        geometry: &Geometry,
+        id: LightId,
+        p: Vec3,
+        time: f32,
+        u: [f32; 2],
+        u_part: f64,
+    ) -> Option<LightSample> {
+        match self.get(id) {
+            LightRef::Area(light) => light.sample(geometry, self.opacity.as_deref(), p, time, u, u_part),
+            LightRef::Point(light) => light.sample(p),
+            LightRef::Spot(light) => light.sample(p),
+            LightRef::Distant(light) => light.sample(),
+            LightRef::Infinite(light) => light.sample(u, u_part),
+        }
+    }
+
+    /// The solid-angle pdf with which [`Lights::sample`] from `p` (the very same point) draws the unit direction `wi` of a ray that
+    /// has met the area light `id` at `hit`. 0 for lights that no ray meets.
+    #[inline]
+    pub fn pdf(&self, geometry: &Geometry, id: LightId, p: Vec3, hit: &EmitterHit, wi: Vec3) -> f32 {
+        match self.get(id) {
+            LightRef::Area(light) => light.pdf(geometry, p, hit, wi),
+            _ => 0.0,
+        }
+    }
+
+    /// The bounds of all area lights, for selectors that ask every light.
+    pub fn emitter_table(&self) -> emitters::EmitterTable {
+        emitters::EmitterTable::new(&self.area)
+    }
+
+    /// The radiance that the area light `id` emits at a point of oriented normal `ng` towards the viewer, in unit direction `wo`.
+    #[inline]
+    pub fn emitted(&self, id: LightId, ng: Vec3, wo: Vec3, _uv: Vec2) -> Rgb {
+        match self.get(id) {
+            LightRef::Area(light) => light.emitted(ng, wo),
+            _ => Rgb::BLACK,
+        }
+    }
+
+    /// The lights that a ray which leaves the scene sees.
+    pub fn infinite(&self) -> &[LightId] {
+        &self.infinite
+    }
+
+    /// What the infinite light `id` sends from the unit direction `direction`.
+    #[inline]
+    pub fn background(&self, id: LightId, direction: Vec3) -> Rgb {
+        match self.get(id) {
+            LightRef::Infinite(light) => light.radiance(direction),
+            _ => Rgb::BLACK,
+        }
+    }
+
+    /// The solid-angle pdf with which [`Lights::sample`] draws `direction` for the infinite light `id`.
+    #[inline]
+    pub fn background_pdf(&self, id: LightId, direction: Vec3) -> f32 {
+        match self.get(id) {
+            LightRef::Infinite(light) => light.pdf(direction),
+            _ => 0.0,
+        }
+    }
+
+    /// Emitted power Φ in watts. Light from infinity counts as far as it enters the sphere around the scene.
+    pub fn power(&self, id: LightId) -> Rgb {
+        use std::f32::consts::PI;
+        let disk = PI * self.scene_radius * self.scene_radius;
+        match self.get(id) {
+            LightRef::Area(light) => light.power(),
+            LightRef::Point(light) => light.power(),
+            LightRef::Spot(light) => light.power(),
+            LightRef::Distant(light) => light.irradiance * disk,
+            LightRef::Infinite(light) => light.mean_radiance() * (4.0 * PI * disk),
+        }
+    }
+
+    /// Whether the light emits nothing at all.
+    pub fn is_dark(&self, id: LightId) -> bool {
+        match self.get(id) {
+            LightRef::Area(light) => light.radiance.is_black() || light.sampler.is_none(),
+            LightRef::Point(light) => light.intensity.is_black(),
+            LightRef::Spot(light) => light.intensity.is_black(),
+            LightRef::Distant(light) => light.irradiance.is_black(),
+            LightRef::Infinite(light) => light.mean_radiance().is_black(),
+        }
+    }
+
+    /// Bytes held on the heap.
+    pub fn memory(&self) -> usize {
+        let area: usize = self.area.iter().filter_map(|l| l.sampler.as_ref()).map(|s| s.memory()).sum();
+        let infinite: usize = self.infinites.iter().map(InfiniteLight::memory).sum();
+        area + infinite
+            + self.area.capacity() * size_of::<AreaLight>()
+            + self.others.capacity() * size_of::<Handle>()
+            + self.points.capacity() * size_of::<PointLight>()
+            + self.spots.capacity() * size_of::<SpotLight>()
+            + self.distants.capacity() * size_of::<DistantLight>()
+            + self.infinites.capacity() * size_of::<InfiniteLight>()
+            + self.infinite.capacity() * size_of::<LightId>()
+    }
+}

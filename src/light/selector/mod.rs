@@ -1,0 +1,122 @@
+//! Choosing one light at a path vertex. Every way of choosing is a variant of [`LightSelector`] and answers the same three
+//! calls: `prepare` for a receiver, `sample`, and `pmf`. What a vertex needs lives in a [`SelectorScratch`] that each thread
+//! keeps, so nothing is allocated per vertex.
+
+pub mod optimal;
+pub mod power;
+pub mod uniform;
+
+use super::{LightId, Lights, Receiver};
+use crate::scene::Warnings;
+
+pub use optimal::Optimal;
+pub use power::Power;
+pub use uniform::Uniform;
+
+/// The ways of choosing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SelectorKind {
+    /// Every light alike.
+    Uniform,
+    /// In proportion to emitted power.
+    Power,
+    /// In proportion to each light's unoccluded contribution at the vertex.
+    Optimal,
+}
+
+/// A way of choosing, prepared for a scene.
+#[derive(Debug)]
+pub enum LightSelector {
+    /// There is no light.
+    None,
+    /// There is one light.
+    Single(LightId),
+    /// See [`SelectorKind::Uniform`].
+    Uniform(Uniform),
+    /// See [`SelectorKind::Power`].
+    Power(Power),
+    /// See [`SelectorKind::Optimal`].
+    Optimal(Box<Optimal>),
+}
+
+/// What a selector works out for one vertex. One per thread, reused.
+#[derive(Clone, Debug, Default)]
+pub struct SelectorScratch {
+    /// The lights' weights.
+    pub(super) weights: Vec<f32>,
+    /// Their running sums.
+    pub(super) sums: Vec<f64>,
+}
+
+impl LightSelector {
+    /// The selector of this kind for `lights`. Dark lights are left out, with a warning. One light needs no structure.
+    pub fn build(kind: SelectorKind, lights: &Lights, warnings: &mut Warnings) -> Self {
+        let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
+        if dark > 0 {
+            warnings.add(None, format!("{dark} of {} lights emit nothing and are never sampled", lights.len()));
+        }
+        let mut live = lights.ids().filter(|&id| !lights.is_dark(id));
+        match (live.next(), live.next()) {
+            (None, _) => Self::None,
+            (Some(only), None) => Self::Single(only),
+            _ => match kind {
+                SelectorKind::Uniform => Self::Uniform(Uniform::new(lights, dark)),
+                SelectorKind::Power => {
+                    Power::new(lights, warnings).map_or_else(|| Self::Uniform(Uniform::new(lights, dark)), Self::Power)
+                }
+                SelectorKind::Optimal => Self::Optimal(Box::new(Optimal::new(lights, dark))),
+            },
+        }
+    }
+
+    /// Works out what `sample` and `pmf` need at `receiver`. Nothing for all but [`SelectorKind::Optimal`].
+    #[inline]
+    pub fn prepare(&self, lights: &Lights, receiver: &Receiver, scratch: &mut SelectorScratch) {
+        if let Self::Optimal(optimal) = self {
+            optimal.prepare(lights, receiver, scratch);
+        }
+    }
+
+    /// A light, its probability, and a number in [0, 1) that is uniform given the light (for choosing a part of it). `u` in [0, 1)
+    /// is f64 because millions of lights use up an f32's 24 bits: see [`choice`].
+    #[inline]
+    pub fn sample(&self, u: f64, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
+        match self {
+            Self::None => None,
+            Self::Single(only) => Some((*only, 1.0, u)),
+            Self::Uniform(uniform) => Some(uniform.sample(u)),
+            Self::Power(power) => Some(power.sample(u)),
+            Self::Optimal(optimal) => optimal.sample(u, scratch),
+        }
+    }
+
+    /// The probability with which `sample` chooses `id` at the receiver last prepared.
+    #[inline]
+    pub fn pmf(&self, id: LightId, scratch: &SelectorScratch) -> f32 {
+        match self {
+            Self::None => 0.0,
+            Self::Single(only) => f32::from(u8::from(*only == id)),
+            Self::Uniform(uniform) => uniform.pmf(id),
+            Self::Power(power) => power.pmf(id),
+            Self::Optimal(optimal) => optimal.pmf(id, scratch),
+        }
+    }
+
+    /// Bytes held on the heap.
+    pub fn memory(&self) -> usize {
+        match self {
+            Self::None | Self::Single(_) => 0,
+            Self::Uniform(uniform) => uniform.memory(),
+            Self::Power(power) => power.memory(),
+            Self::Optimal(optimal) => optimal.memory(),
+        }
+    }
+}
+
+/// One number of 48 random bits from two of 24: `first` keeps its stratification, `second` fills in below it and so serves as
+/// the number that chooses a part of the light.
+#[inline]
+pub fn choice(first: f32, second: f32) -> f64 {
+    f64::from(first) + f64::from(second) * (1.0 / 16_777_216.0)
+}

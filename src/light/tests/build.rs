@@ -1,0 +1,147 @@
+//! From directives to lights: pbrt-v4's parameters, order, and what is left out.
+
+use std::f32::consts::PI;
+
+use glam::{DMat4, DVec3};
+
+use super::*;
+use crate::math::transform::{Animated, RenderSpace};
+use crate::scene::{
+    Entity, FileId, LightEntity, Param, ParamSet, ParamValue, SceneDescription, SceneError, Span, Warnings,
+};
+
+const SPAN: Span = Span { file: FileId(0), line: 1, column: 1, length: 1 };
+
+fn float(name: &str, value: f32) -> Param {
+    Param::new(name, "float", ParamValue::Float(vec![value]), SPAN)
+}
+
+fn point(name: &str, value: [f32; 3]) -> Param {
+    Param::new(name, "point3", ParamValue::Vec3(vec![value]), SPAN)
+}
+
+fn entity(kind: &str, params: Vec<Param>) -> Entity {
+    Entity { kind: kind.into(), params: ParamSet::new(format!("\"{kind}\""), SPAN, params) }
+}
+
+fn light(kind: &str, transform: DMat4, params: Vec<Param>) -> LightEntity {
+    LightEntity { entity: entity(kind, params), transform: Animated::fixed(transform), medium: String::new() }
+}
+
+fn scene(lights: Vec<LightEntity>, area_lights: Vec<Entity>) -> SceneDescription {
+    let none = || entity("", Vec::new());
+    SceneDescription {
+        base: Default::default(),
+        camera: none(),
+        camera_transform: Animated::fixed(DMat4::IDENTITY),
+        camera_medium: String::new(),
+        film: none(),
+        filter: none(),
+        sampler: none(),
+        integrator: none(),
+        options: ParamSet::new("Option", SPAN, Vec::new()),
+        transform_times: [0.0, 1.0],
+        shapes: Vec::new(),
+        objects: Vec::new(),
+        instances: Vec::new(),
+        lights,
+        area_lights,
+        materials: Vec::new(),
+        media: Vec::new(),
+        textures: Vec::new(),
+    }
+}
+
+fn build(
+    scene: &SceneDescription,
+    geometry: &Geometry,
+    emitters: &[(ShapeId, u32)],
+    strict: bool,
+) -> (Result<Lights, Box<SceneError>>, Warnings) {
+    let mut warnings = Warnings::default();
+    let space = RenderSpace { origin: DVec3::new(100.0, 0.0, 0.0) };
+    (Lights::build(scene, geometry, &space, emitters, strict, &mut warnings), warnings)
+}
+
+#[test]
+fn parameters_mean_what_pbrt_means() {
+    let place = DMat4::from_translation(DVec3::new(101.0, 2.0, 3.0)) * DMat4::from_rotation_x(PI.into());
+    let two_sided = Param::new("twosided", "bool", ParamValue::Bool(vec![true]), SPAN);
+    let scene = scene(
+        vec![
+            light("point", place, vec![point("from", [0.0, 1.0, 0.0]), float("scale", 2.0)]),
+            light("point", place, vec![float("power", 10.0)]),
+            light("goniometric", place, vec![]),
+            light("spot", place, vec![float("power", 5.0), float("coneangle", 40.0)]),
+            light("distant", place, vec![float("illuminance", 7.0), float("nonsense", 1.0)]),
+            light("infinite", place, vec![float("illuminance", 9.0)]),
+        ],
+        vec![
+            entity("diffuse", vec![float("scale", 3.0), two_sided.clone()]),
+            entity("diffuse", vec![float("power", 11.0), two_sided]),
+        ],
+    );
+    let (mut geometry, _) = one(quad(Vec3::ZERO, Vec3::X, Vec3::Y), false, false);
+    let mut unused = Lights::default();
+    push(&mut geometry, &mut unused, sphere(Vec3::ZERO, 2.0), Rgb::WHITE, false, false);
+    let (lights, warnings) = build(&scene, &geometry, &[(ShapeId(1), 1), (ShapeId(0), 0)], false);
+    let lights = lights.expect("it is a good scene");
+    assert_eq!(lights.len(), 7);
+    let power = |id: u32| lights.power(LightId(id))[0];
+    assert!((power(0) - 11.0).abs() < 1e-4, "{}", power(0));
+    assert!((power(1) - 3.0 * 2.0 * PI).abs() < 1e-4);
+    let LightRef::Point(first) = lights.get(LightId(2)) else { panic!("the order is wrong") };
+    assert!(first.p.distance(Vec3::new(1.0, 1.0, 3.0)) < 1e-5 && first.intensity == Rgb::splat(2.0));
+    assert!((power(3) - 10.0).abs() < 1e-4 && (power(4) - 5.0).abs() < 1e-4);
+    let LightRef::Spot(spot) = lights.get(LightId(4)) else { panic!("the order is wrong") };
+    assert!(spot.axis.distance(-Vec3::Z) < 1e-6 && (spot.cos_end - 40f32.to_radians().cos()).abs() < 1e-6);
+    let LightRef::Distant(distant) = lights.get(LightId(5)) else { panic!("the order is wrong") };
+    assert!(distant.wi.distance(Vec3::Z) < 1e-6 && distant.irradiance == Rgb::splat(7.0));
+    assert!((lights.background(LightId(6), Vec3::X)[0] * PI - 9.0).abs() < 1e-5);
+    assert_eq!(lights.infinite(), [LightId(6)]);
+    let said: Vec<&str> = warnings.list().iter().map(|w| w.message.as_str()).collect();
+    assert!(said.iter().any(|m| m.contains("goniometric")) && said.iter().any(|m| m.contains("nonsense")), "{said:?}");
+    assert!(build(&scene, &geometry, &[], true).0.is_err(), "strict refuses the goniometric light");
+}
+
+#[test]
+fn emitters_that_cannot_be_lights_keep_their_number_and_stay_dark() {
+    let mut geometry = Geometry::default();
+    let curves = crate::geometry::shape::Curves {
+        kind: crate::geometry::curve::CurveKind::Flat,
+        control_points: vec![[Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z]],
+        widths: vec![[1.0; 2]],
+        parameters: vec![[0.0, 1.0]],
+        normals: Vec::new(),
+    };
+    for kind in [ShapeKind::Curves(curves), quad(Vec3::ZERO, Vec3::X, Vec3::X), quad(Vec3::ZERO, Vec3::X, Vec3::Y)] {
+        geometry.shapes.push(Shape {
+            kind,
+            material: 0,
+            light: None,
+            medium_interface: None,
+            alpha: None,
+            is_boundary: false,
+            flip_normal: false,
+        });
+    }
+    let scene = scene(vec![], vec![entity("diffuse", vec![])]);
+    let (lights, warnings) = build(&scene, &geometry, &[(ShapeId(0), 0), (ShapeId(1), 0), (ShapeId(2), 0)], false);
+    let lights = lights.expect("it is a good scene");
+    assert_eq!(lights.ids().map(|id| lights.is_dark(id)).collect::<Vec<_>>(), [true, true, false]);
+    assert_eq!(lights.emitted(LightId(0), Vec3::Z, Vec3::Z, Vec2::ZERO), Rgb::BLACK);
+    assert_eq!(warnings.list().len(), 2);
+}
+
+#[test]
+fn senseless_directives_are_refused() {
+    let same = vec![point("from", [1.0; 3]), point("to", [1.0; 3])];
+    let flat = DMat4::from_scale(DVec3::new(1.0, 1.0, 0.0));
+    for light in [
+        light("spot", DMat4::IDENTITY, same.clone()),
+        light("distant", DMat4::IDENTITY, same),
+        light("point", flat, vec![]),
+    ] {
+        assert!(build(&scene(vec![light], vec![]), &Geometry::default(), &[], false).0.is_err());
+    }
+}

@@ -1,0 +1,281 @@
+//! From `Texture` directives to [`Textures`]: only what something refers to is built, each once, and each image file is read
+//! once for each encoding.
+//!
+//! Kinds: `constant`, `scale`, `imagemap`. Any other kind is named in a warning and stands for 1 (float) or 50 % grey
+//! (spectrum). A file that cannot be read is named in a warning and stands for 1 or magenta; under `strict` it is an error.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::Vec2;
+
+use super::image_texture::{Filter, ImageMap, Wrap};
+use super::texture::{FloatInput, FloatTexture, FloatTextureId, RgbInput, RgbTexture, RgbTextureId, Textures};
+use crate::film::image::{Encoding, Image, read_image};
+use crate::math::Rgb;
+use crate::scene::{
+    Entity, ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, TextureEntity, TextureOr, Warnings,
+};
+
+type Result<T> = std::result::Result<T, Box<SceneError>>;
+
+/// What stands for a colour whose image is missing.
+const MAGENTA: Rgb = Rgb::new(1.0, 0.0, 1.0);
+
+/// What has been built and read so far.
+#[derive(Debug, Default)]
+pub struct Loader {
+    floats: HashMap<String, FloatInput>,
+    rgbs: HashMap<String, RgbInput>,
+    images: HashMap<(PathBuf, EncodingKey), Option<Arc<Image>>>,
+}
+
+/// [`Encoding`] in a form that can be looked up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum EncodingKey {
+    Auto,
+    Linear,
+    Srgb,
+    Gamma(u32),
+}
+
+impl From<Encoding> for EncodingKey {
+    fn from(encoding: Encoding) -> Self {
+        match encoding {
+            Encoding::Auto => Self::Auto,
+            Encoding::Linear => Self::Linear,
+            Encoding::Srgb => Self::Srgb,
+            Encoding::Gamma(gamma) => Self::Gamma(gamma.to_bits()),
+        }
+    }
+}
+
+impl Loader {
+    /// The images in memory.
+    pub fn images(&self) -> impl Iterator<Item = &Image> {
+        self.images.values().flatten().map(|image| &**image)
+    }
+}
+
+/// Builds textures on demand.
+pub(super) struct TextureBuilder<'a> {
+    pub scene: &'a SceneDescription,
+    pub strict: bool,
+    pub warnings: &'a mut Warnings,
+    pub textures: &'a mut Textures,
+    pub loader: &'a mut Loader,
+    /// The textures being built, to notice those that contain themselves.
+    pub open: Vec<(String, bool)>,
+}
+
+impl<'a> TextureBuilder<'a> {
+    /// The input that `value` states; `default` where it states nothing.
+    pub fn float(&mut self, value: Option<TextureOr<f32>>, default: f32) -> Result<FloatInput> {
+        match value {
+            None => Ok(FloatInput::Constant(default)),
+            Some(TextureOr::Value(value)) => Ok(FloatInput::Constant(value)),
+            Some(TextureOr::Texture(name, span)) => self.named_float(&name, span),
+        }
+    }
+
+    /// The input that `value` states; `default` where it states nothing.
+    pub fn rgb(&mut self, value: Option<TextureOr<Rgb>>, default: Rgb) -> Result<RgbInput> {
+        match value {
+            None => Ok(RgbInput::Constant(default)),
+            Some(TextureOr::Value(value)) => Ok(RgbInput::Constant(value)),
+            Some(TextureOr::Texture(name, span)) => self.named_rgb(&name, span),
+        }
+    }
+
+    fn named_float(&mut self, name: &str, span: Span) -> Result<FloatInput> {
+        if let Some(&built) = self.loader.floats.get(name) {
+            return Ok(built);
+        }
+        let texture = self.begin(name, span, false)?;
+        let params = &texture.entity.params;
+        let built = match texture.entity.kind.as_str() {
+            "constant" => FloatInput::Constant(params.float("value", 1.0)?),
+            "scale" => {
+                let a = self.float(params.float_texture("tex")?, 1.0)?;
+                let b = self.float(params.float_texture("scale")?, 1.0)?;
+                match (a, b) {
+                    (FloatInput::Constant(a), FloatInput::Constant(b)) => FloatInput::Constant(a * b),
+                    _ => self.add_float(FloatTexture::Scale(a, b)),
+                }
+            }
+            "imagemap" => match self.image_map(&texture.entity)? {
+                Some(map) => self.add_float(FloatTexture::Image(Arc::new(map))),
+                None => FloatInput::Constant(1.0),
+            },
+            kind => {
+                let message = format!("texture type \"{kind}\" (\"{name}\") is not supported: 1 is used instead");
+                self.warnings.add(Some(texture.entity.span()), message);
+                FloatInput::Constant(1.0)
+            }
+        };
+        self.end(texture);
+        self.loader.floats.insert(name.to_owned(), built);
+        Ok(built)
+    }
+
+    fn named_rgb(&mut self, name: &str, span: Span) -> Result<RgbInput> {
+        if let Some(&built) = self.loader.rgbs.get(name) {
+            return Ok(built);
+        }
+        let texture = self.begin(name, span, true)?;
+        let params = &texture.entity.params;
+        let built = match texture.entity.kind.as_str() {
+            "constant" => self.rgb(params.albedo_texture("value")?, Rgb::WHITE)?,
+            "scale" => {
+                let a = self.rgb(params.albedo_texture("tex")?, Rgb::WHITE)?;
+                let b = self.float(params.float_texture("scale")?, 1.0)?;
+                match (a, b) {
+                    (RgbInput::Constant(a), FloatInput::Constant(b)) => RgbInput::Constant(a * b),
+                    _ => self.add_rgb(RgbTexture::Scale(a, b)),
+                }
+            }
+            "imagemap" => match self.image_map(&texture.entity)? {
+                Some(map) => self.add_rgb(RgbTexture::Image(Arc::new(map))),
+                None => RgbInput::Constant(MAGENTA),
+            },
+            kind => {
+                let message =
+                    format!("texture type \"{kind}\" (\"{name}\") is not supported: 50 % grey is used instead");
+                self.warnings.add(Some(texture.entity.span()), message);
+                RgbInput::Constant(Rgb::splat(0.5))
+            }
+        };
+        self.end(texture);
+        self.loader.rgbs.insert(name.to_owned(), built);
+        Ok(built)
+    }
+
+    fn add_float(&mut self, texture: FloatTexture) -> FloatInput {
+        self.textures.floats.push(texture);
+        FloatInput::Texture(FloatTextureId(self.textures.floats.len() as u32 - 1))
+    }
+
+    fn add_rgb(&mut self, texture: RgbTexture) -> RgbInput {
+        self.textures.rgbs.push(texture);
+        RgbInput::Texture(RgbTextureId(self.textures.rgbs.len() as u32 - 1))
+    }
+
+    /// Finds a texture by name (the last one declared so) and marks it as being built.
+    fn begin(&mut self, name: &str, span: Span, is_spectrum: bool) -> Result<&'a TextureEntity> {
+        let kind = if is_spectrum { "spectrum" } else { "float" };
+        let scene = self.scene;
+        let Some(texture) = scene.textures.iter().rev().find(|t| t.name == name && t.is_spectrum == is_spectrum) else {
+            let error = SceneErrorKind::Undefined(format!("there is no {kind} texture \"{name}\""));
+            let other = scene.textures.iter().any(|t| t.name == name);
+            let error = SceneError::at(span, error);
+            return Err(if other {
+                error.help(format!("\"{name}\" is a texture, but not of type {kind}"))
+            } else {
+                error
+            });
+        };
+        let key = (name.to_owned(), is_spectrum);
+        if self.open.contains(&key) {
+            let message = format!("texture \"{name}\" contains itself");
+            return Err(SceneError::at(span, SceneErrorKind::Parameter(message)));
+        }
+        self.open.push(key);
+        Ok(texture)
+    }
+
+    fn end(&mut self, texture: &TextureEntity) {
+        self.open.pop();
+        texture.entity.params.warn_unused(self.warnings);
+    }
+
+    /// An `imagemap`; `None` where its file cannot be read (and that was warned about).
+    fn image_map(&mut self, entity: &Entity) -> Result<Option<ImageMap>> {
+        let params = &entity.params;
+        let Some(file) = params.string("filename")? else {
+            let message = format!("{} has no \"filename\"", params.owner);
+            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)));
+        };
+        let wrap = match params.string("wrap")? {
+            None | Some("repeat") => Wrap::Repeat,
+            Some("black") => Wrap::Black,
+            Some("clamp") => Wrap::Clamp,
+            Some(other) => return Err(bad_word(params, "wrap", other, "repeat, black or clamp")),
+        };
+        let filter = match params.string("filter")? {
+            None | Some("bilinear" | "trilinear" | "EWA" | "ewa") => Filter::Bilinear,
+            Some("point") => Filter::Point,
+            Some(other) => return Err(bad_word(params, "filter", other, "point, bilinear, trilinear or EWA")),
+        };
+        params.float("maxanisotropy", 8.0)?;
+        if let Some(mapping) = params.string("mapping")?.filter(|&mapping| mapping != "uv") {
+            let message = format!("texture mapping \"{mapping}\" is not supported: uv is used instead");
+            self.warnings.add(params.get("mapping").map(|p| p.span), message);
+        }
+        let encoding = encoding(params)?;
+        let number = |name: &str, default: f32| params.float(name, default);
+        let uv_scale = Vec2::new(number("uscale", 1.0)?, number("vscale", 1.0)?);
+        let uv_delta = Vec2::new(number("udelta", 0.0)?, number("vdelta", 0.0)?);
+        let scale = number("scale", 1.0)?;
+        let invert = params.bool("invert", false)?;
+        let span = params.get("filename").map_or(params.span, |p| p.span);
+        let image = self.image(file, encoding, span)?;
+        Ok(image.map(|image| ImageMap { image, wrap, filter, uv_scale, uv_delta, scale, invert }))
+    }
+
+    fn image(&mut self, file: &str, encoding: Encoding, span: Span) -> Result<Option<Arc<Image>>> {
+        let path = self.scene.resolve(file);
+        let key = (path.clone(), EncodingKey::from(encoding));
+        if let Some(image) = self.loader.images.get(&key) {
+            return Ok(image.clone());
+        }
+        let read = read_image(&path, encoding).map_err(|error| error.reason).and_then(|image| {
+            let whole = image.width > 0
+                && image.height > 0
+                && image.channels > 0
+                && image.pixels.len() == image.width * image.height * image.channels;
+            if whole { Ok(image) } else { Err("the image is empty".to_owned()) }
+        });
+        let image = match read {
+            Ok(mut image) => {
+                let bad = image.pixels.iter_mut().filter(|value| !value.is_finite()).map(|value| *value = 0.0).count();
+                if bad > 0 {
+                    let message = format!("{bad} values of {} are not finite: 0 is used instead", path.display());
+                    if self.strict {
+                        return Err(SceneError::at(span, SceneErrorKind::File { path, reason: message }));
+                    }
+                    self.warnings.add(Some(span), message);
+                }
+                Some(Arc::new(image))
+            }
+            Err(reason) if self.strict => {
+                return Err(SceneError::at(span, SceneErrorKind::File { path, reason }));
+            }
+            Err(reason) => {
+                let message = format!("cannot read {}: {reason}; magenta is used instead", path.display());
+                self.warnings.add(Some(span), message);
+                None
+            }
+        };
+        self.loader.images.insert(key, image.clone());
+        Ok(image)
+    }
+}
+
+fn bad_word(params: &ParamSet, name: &str, found: &str, expected: &str) -> Box<SceneError> {
+    let span = params.get(name).map_or(params.span, |p| p.span);
+    let message = format!("parameter \"{name}\" of {} is \"{found}\", expected {expected}", params.owner);
+    SceneError::at(span, SceneErrorKind::Parameter(message))
+}
+
+fn encoding(params: &ParamSet) -> Result<Encoding> {
+    let Some(word) = params.string("encoding")? else { return Ok(Encoding::Auto) };
+    match word {
+        "sRGB" | "srgb" => Ok(Encoding::Srgb),
+        "linear" => Ok(Encoding::Linear),
+        other => match other.strip_prefix("gamma").map(|gamma| gamma.trim().parse::<f32>()) {
+            Some(Ok(gamma)) if gamma > 0.0 && gamma.is_finite() => Ok(Encoding::Gamma(gamma)),
+            _ => Err(bad_word(params, "encoding", other, "sRGB, linear or gamma with a number")),
+        },
+    }
+}

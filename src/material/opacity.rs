@@ -1,0 +1,51 @@
+//! Stochastic opacity: `alpha` as the probability that a surface is there for a ray.
+
+use glam::{Vec2, Vec3};
+
+use super::{Materials, TexturePoint};
+use crate::geometry::shape::ShapeKind;
+use crate::geometry::trace::Opacity;
+use crate::geometry::{Geometry, ShapeId};
+use crate::math::sampler::mix;
+
+impl Opacity for Materials {
+    fn is_opaque(&self, geometry: &Geometry, shape: ShapeId, primitive: u32, uv: [f32; 2], opacity_seed: u32) -> bool {
+        let shape_id = shape;
+        let shape = &geometry.shapes[shape_id.0 as usize];
+        let Some(alpha) = shape.alpha.and_then(|alpha| self.alphas.get(alpha as usize)) else { return true };
+        // Alpha textures of today depend on uv alone; the position stays out until one needs it.
+        let point = TexturePoint { p: Vec3::ZERO, uv: texture_coordinates(&shape.kind, primitive, uv) };
+        let alpha = alpha.evaluate(&self.textures, &point);
+        if alpha >= 1.0 {
+            return true;
+        }
+        // A function of the address alone: asked again, it answers the same.
+        let hash = mix(mix(u64::from(opacity_seed) << 32 | u64::from(shape_id.0)) ^ u64::from(primitive));
+        let threshold = (hash >> 40) as f32 * (1.0 / 16_777_216.0);
+        threshold < alpha
+    }
+}
+
+/// The texture coordinates at a primitive's own parameters `uv` (as in [`crate::geometry::RayHit::uv`]).
+fn texture_coordinates(kind: &ShapeKind, primitive: u32, uv: [f32; 2]) -> Vec2 {
+    let [u, v] = uv;
+    match kind {
+        ShapeKind::Triangles(mesh) => {
+            let weights = [1.0 - u - v, u, v];
+            if mesh.uvs.is_empty() {
+                // pbrt's default: (0,0), (1,0), (1,1).
+                return Vec2::new(u + v, v);
+            }
+            let corners = mesh.indices[primitive as usize].map(|i| mesh.uvs[i as usize]);
+            corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]
+        }
+        ShapeKind::Bilinear(mesh) => {
+            if mesh.uvs.is_empty() {
+                return Vec2::new(u, v);
+            }
+            let [a, b, c, d] = mesh.indices[primitive as usize].map(|i| mesh.uvs[i as usize]);
+            a.lerp(b, u).lerp(c.lerp(d, u), v)
+        }
+        ShapeKind::Sphere(_) | ShapeKind::Disk(_) | ShapeKind::Curves(_) => Vec2::new(u, v),
+    }
+}

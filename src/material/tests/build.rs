@@ -1,0 +1,262 @@
+//! From scene descriptions to materials.
+
+use std::path::PathBuf;
+
+use glam::{DMat4, Vec2};
+
+use super::*;
+use crate::geometry::shape::{Shape, ShapeId, ShapeKind, TriangleMesh};
+use crate::geometry::trace::Opacity;
+use crate::geometry::{Geometry, SurfacePoint};
+use crate::material::{MaterialId, Materials};
+use crate::math::transform::Animated;
+use crate::scene::{
+    Entity, FileId, MaterialEntity, Param, ParamSet, ParamValue, SceneDescription, Span, TextureEntity, TextureOr,
+    Warnings,
+};
+
+const SPAN: Span = Span { file: FileId(0), line: 1, column: 1, length: 1 };
+
+fn params(list: Vec<(&str, ParamValue)>) -> ParamSet {
+    ParamSet::new("Test", SPAN, list.into_iter().map(|(name, value)| Param::new(name, "t", value, SPAN)).collect())
+}
+
+fn entity(kind: &str, list: Vec<(&str, ParamValue)>) -> Entity {
+    Entity { kind: kind.into(), params: params(list) }
+}
+
+fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>, base: PathBuf) -> SceneDescription {
+    let fixed = Animated::fixed(DMat4::IDENTITY);
+    SceneDescription {
+        base,
+        camera: entity("perspective", vec![]),
+        camera_transform: fixed,
+        camera_medium: String::new(),
+        film: entity("rgb", vec![]),
+        filter: entity("box", vec![]),
+        sampler: entity("", vec![]),
+        integrator: entity("", vec![]),
+        options: params(vec![]),
+        transform_times: [0.0, 1.0],
+        shapes: vec![],
+        objects: vec![],
+        instances: vec![],
+        lights: vec![],
+        area_lights: vec![],
+        materials,
+        media: vec![],
+        textures,
+    }
+}
+
+fn material(name: &str, kind: &str, list: Vec<(&str, ParamValue)>) -> MaterialEntity {
+    MaterialEntity { name: Some(name.into()), entity: entity(kind, list) }
+}
+
+fn texture(name: &str, is_spectrum: bool, kind: &str, list: Vec<(&str, ParamValue)>) -> TextureEntity {
+    let transform = Animated::fixed(DMat4::IDENTITY);
+    TextureEntity { name: name.into(), is_spectrum, entity: entity(kind, list), transform }
+}
+
+fn floats(value: f32) -> ParamValue {
+    ParamValue::Float(vec![value])
+}
+
+fn string(value: &str) -> ParamValue {
+    ParamValue::String(vec![value.into()])
+}
+
+fn names(values: [&str; 2]) -> ParamValue {
+    ParamValue::String(values.map(String::from).to_vec())
+}
+
+fn point(uv: Vec2) -> SurfacePoint {
+    SurfacePoint {
+        p: Vec3::ZERO,
+        p_error: Vec3::ZERO,
+        ng: Vec3::Z,
+        ns: Vec3::Z,
+        dpdu: Vec3::X,
+        uv,
+        shape: ShapeId(0),
+        primitive: 0,
+        instance: None,
+    }
+}
+
+fn albedo(materials: &Materials, id: u32, u: f32) -> Rgb {
+    materials.bsdf(MaterialId(id), &point(Vec2::splat(0.5)), Vec3::Z, u, 0).albedo(Vec3::Z)
+}
+
+fn build(scene: &SceneDescription) -> (Materials, Warnings) {
+    let mut warnings = Warnings::default();
+    let materials = Materials::build(scene, false, &mut warnings).unwrap();
+    (materials, warnings)
+}
+
+#[test]
+fn every_kind_and_its_defaults() {
+    let kinds = ["diffuse", "conductor", "dielectric", "coateddiffuse", "interface", "hair"];
+    let list = kinds.iter().map(|kind| material(kind, kind, vec![])).collect();
+    let (materials, warnings) = build(&scene(list, vec![], PathBuf::new()));
+    assert_eq!(materials.len(), 6);
+    assert_eq!(albedo(&materials, 0, 0.0), Rgb::splat(0.5));
+    let copper = albedo(&materials, 1, 0.0);
+    assert!(copper[0] > 0.9 && copper[2] < 0.6, "{copper:?}");
+    let bsdf = |id| materials.bsdf(MaterialId(id), &point(Vec2::ZERO), Vec3::Z, 0.0, 0);
+    assert!(bsdf(1).is_specular() && !bsdf(1).is_transmissive());
+    assert!(bsdf(2).is_specular() && bsdf(2).is_transmissive());
+    assert!(!bsdf(3).is_specular());
+    assert!(materials.is_interface(MaterialId(4)) && !materials.is_interface(MaterialId(3)));
+    assert!(bsdf(4).sample(Vec3::Z, [0.5; 3]).is_some_and(|s| s.wi == -Vec3::Z && s.is_transmission));
+    assert_eq!(warnings.list().len(), 1);
+    assert!(warnings.list()[0].message.contains("hair"));
+    assert_eq!(materials.textures_in_use(), 0);
+}
+
+#[test]
+fn conductors_by_reflectance_and_unused_parameters() {
+    let list = vec![
+        material(
+            "a",
+            "conductor",
+            vec![("reflectance", floats(0.9)), ("roughness", floats(0.3)), ("nonsense", floats(1.0))],
+        ),
+        material("b", "conductor", vec![("reflectance", floats(0.9)), ("k", floats(1.0))]),
+    ];
+    let (materials, warnings) = build(&scene(list[..1].to_vec(), vec![], PathBuf::new()));
+    assert!((albedo(&materials, 0, 0.0)[0] - 0.9).abs() < 1e-4);
+    assert!(warnings.list().len() == 1 && warnings.list()[0].message.contains("nonsense"));
+    assert!(Materials::build(&scene(list, vec![], PathBuf::new()), false, &mut Warnings::default()).is_err());
+}
+
+#[test]
+fn mixes_choose_by_u_and_nest() {
+    let diffuse = |name: &str, r| material(name, "diffuse", vec![("reflectance", floats(r))]);
+    let list = vec![
+        diffuse("a", 0.1),
+        diffuse("b", 0.2),
+        material("ab", "mix", vec![("materials", names(["a", "b"])), ("amount", floats(0.25))]),
+        diffuse("c", 0.3),
+        material("abc", "mix", vec![("materials", names(["ab", "c"])), ("amount", floats(0.5))]),
+    ];
+    let (materials, warnings) = build(&scene(list, vec![], PathBuf::new()));
+    assert!(warnings.list().is_empty());
+    let mut shares = [0; 3];
+    for i in 0..1000 {
+        shares[(albedo(&materials, 4, (i as f32 + 0.5) / 1000.0)[0] * 10.0).round() as usize - 1] += 1;
+    }
+    assert_eq!(shares, [375, 125, 500]);
+}
+
+#[test]
+fn mixes_that_contain_themselves_are_refused() {
+    let mix = |name: &str, of| material(name, "mix", vec![("materials", names(of))]);
+    let fails = |list| Materials::build(&scene(list, vec![], PathBuf::new()), false, &mut Warnings::default()).is_err();
+    let d = || material("d", "diffuse", vec![]);
+    assert!(fails(vec![d(), mix("x", ["x", "d"])]));
+    assert!(fails(vec![d(), mix("x", ["d", "y"]), mix("y", ["d", "x"])]));
+    assert!(fails(vec![d(), mix("x", ["d", "unknown"])]));
+    // A diamond is no cycle.
+    assert!(!fails(vec![d(), mix("x", ["d", "d"]), mix("y", ["x", "x"]), mix("z", ["y", "x"])]));
+}
+
+fn write_image(folder: &std::path::Path) {
+    // Two pixels: black, white.
+    let image = image::GrayImage::from_raw(2, 1, vec![0, 255]).unwrap();
+    image.save(folder.join("bw.png")).unwrap();
+}
+
+#[test]
+fn textures_are_shared_scaled_and_loaded_once() {
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path());
+    let file = || ("filename", string("bw.png"));
+    let named = |name: &str| ParamValue::Texture(name.into());
+    let textures = vec![
+        texture("image", true, "imagemap", vec![file(), ("filter", string("point"))]),
+        texture("again", true, "imagemap", vec![file(), ("invert", ParamValue::Bool(vec![true]))]),
+        texture("half", false, "constant", vec![("value", floats(0.5))]),
+        texture("scaled", true, "scale", vec![("tex", named("image")), ("scale", named("half"))]),
+        texture("unused", true, "imagemap", vec![("filename", string("not there.png"))]),
+        texture("marble", true, "marble", vec![]),
+    ];
+    let with = |name: &str| material(name, "diffuse", vec![("reflectance", named(name))]);
+    let list = vec![with("image"), with("again"), with("scaled"), with("marble"), with("image")];
+    let (materials, warnings) = build(&scene(list, textures, folder.path().into()));
+    assert!(warnings.list().len() == 1 && warnings.list()[0].message.contains("marble"), "{warnings:?}");
+    assert_eq!((materials.textures_in_use(), materials.images_in_use()), (3, 1));
+    let at = |id, u| materials.bsdf(MaterialId(id), &point(Vec2::new(u, 0.5)), Vec3::Z, 0.0, 0).albedo(Vec3::Z)[0];
+    assert_eq!((at(0, 0.25), at(0, 0.75), at(4, 0.75)), (0.0, 1.0, 1.0));
+    assert_eq!((at(1, 0.25), at(1, 0.75)), (1.0, 0.0));
+    assert_eq!((at(2, 0.25), at(2, 0.75)), (0.0, 0.5));
+    assert_eq!(at(3, 0.0), 0.5);
+    assert!(materials.memory() >= 2 * size_of::<f32>());
+}
+
+#[test]
+fn missing_files_are_magenta_or_an_error() {
+    let named = || ParamValue::Texture("t".into());
+    let folder = tempfile::tempdir().unwrap();
+    let textures = vec![texture("t", true, "imagemap", vec![("filename", string("none.png"))])];
+    let list = vec![material("m", "diffuse", vec![("reflectance", named())])];
+    let scene = scene(list, textures, folder.path().into());
+    let (materials, warnings) = build(&scene);
+    assert_eq!(albedo(&materials, 0, 0.0), Rgb::new(1.0, 0.0, 1.0));
+    assert!(warnings.list()[0].message.contains("none.png"));
+    assert!(Materials::build(&scene, true, &mut Warnings::default()).is_err());
+}
+
+#[test]
+fn textures_that_contain_themselves_or_do_not_exist_are_refused() {
+    let named = |name: &str| ParamValue::Texture(name.into());
+    let textures = vec![
+        texture("a", true, "scale", vec![("tex", named("b"))]),
+        texture("b", true, "scale", vec![("tex", named("a"))]),
+        texture("f", false, "constant", vec![]),
+    ];
+    for name in ["a", "nowhere", "f"] {
+        let list = vec![material("m", "diffuse", vec![("reflectance", named(name))])];
+        let scene = scene(list, textures.clone(), PathBuf::new());
+        assert!(Materials::build(&scene, false, &mut Warnings::default()).is_err(), "{name}");
+    }
+}
+
+#[test]
+fn alpha_is_a_repeatable_probability() {
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path());
+    let textures =
+        vec![texture("mask", false, "imagemap", vec![("filename", string("bw.png")), ("filter", string("point"))])];
+    let scene = scene(vec![], textures, folder.path().into());
+    let (mut materials, mut warnings) = build(&scene);
+    let mut alpha = |value| materials.alpha(value, &scene, false, &mut warnings).unwrap();
+    assert_eq!(alpha(TextureOr::Value(1.0)), None);
+    let third = alpha(TextureOr::Value(0.3));
+    let mask = alpha(TextureOr::Texture("mask".into(), SPAN));
+    assert_eq!(alpha(TextureOr::Value(0.3)), third);
+    assert!(materials.alpha(TextureOr::Texture("none".into(), SPAN), &scene, false, &mut warnings).is_err());
+    let shape = |alpha| Shape {
+        kind: ShapeKind::Triangles(TriangleMesh {
+            positions: vec![Vec3::ZERO; 3],
+            indices: vec![[0, 1, 2]],
+            normals: vec![],
+            uvs: vec![Vec2::new(0.25, 0.5), Vec2::new(0.75, 0.5), Vec2::new(0.25, 0.5)],
+        }),
+        material: 0,
+        light: None,
+        medium_interface: None,
+        alpha,
+        is_boundary: false,
+        flip_normal: false,
+    };
+    let geometry = Geometry { shapes: vec![shape(third), shape(mask), shape(None)], ..Geometry::default() };
+    let opaque = |shape, uv, seed| materials.is_opaque(&geometry, ShapeId(shape), 0, uv, seed);
+    let count = (0..10_000).filter(|&seed| opaque(0, [0.2, 0.2], seed)).count();
+    // Six standard deviations.
+    assert!(count.abs_diff(3000) < 275, "{count}");
+    for seed in 0..100 {
+        assert_eq!(opaque(0, [0.2, 0.2], seed), opaque(0, [0.2, 0.2], seed));
+        assert!(!opaque(1, [0.0, 0.5], seed) && opaque(1, [0.9, 0.0], seed) && opaque(2, [0.1, 0.1], seed));
+    }
+}

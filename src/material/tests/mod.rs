@@ -1,0 +1,53 @@
+//! Tests of the scattering functions: samples against densities (χ²), energy (furnaces), reciprocity, quadrature.
+
+mod build;
+mod energy;
+mod sampling;
+
+use glam::Vec3;
+
+use super::conductor::Conductor;
+use super::dielectric::Dielectric;
+use super::diffuse::Diffuse;
+use super::fresnel;
+use super::layered::CoatedDiffuse;
+use super::microfacet::TrowbridgeReitz;
+use super::{Bsdf, Lobe};
+use crate::math::{Frame, Rgb};
+
+/// A direction from its elevation's cosine and an azimuth.
+fn direction(cos: f32, phi: f32) -> Vec3 {
+    let sin = (1.0 - cos * cos).sqrt();
+    Vec3::new(sin * phi.cos(), sin * phi.sin(), cos)
+}
+
+fn conductor(ax: f32, ay: f32, reflectance: f32) -> Conductor {
+    Conductor {
+        distribution: TrowbridgeReitz::new(ax, ay),
+        eta: Rgb::WHITE,
+        k: fresnel::k_from_reflectance(Rgb::splat(reflectance)),
+    }
+}
+
+fn dielectric(ax: f32, ay: f32, eta: f32) -> Dielectric {
+    Dielectric { distribution: TrowbridgeReitz::new(ax, ay), eta }
+}
+
+fn coated(alpha: f32, albedo: f32, thickness: f32, max_depth: u32, seed: u32) -> CoatedDiffuse {
+    CoatedDiffuse {
+        top: dielectric(alpha, alpha, 1.5),
+        base: Diffuse { reflectance: Rgb::splat(1.0) },
+        thickness,
+        albedo: Rgb::splat(albedo),
+        g: 0.3,
+        max_depth,
+        samples: 1,
+        seed,
+    }
+}
+
+/// In a frame that is not the identity, so that frames are tested too.
+fn tilted(lobe: Lobe) -> (Bsdf, Frame) {
+    let frame = Frame::from_zx(Vec3::new(0.3, -0.5, 0.7).normalize(), Vec3::X);
+    (Bsdf::new(frame, lobe), frame)
+}

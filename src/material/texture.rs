@@ -1,0 +1,111 @@
+//! Textures: values that vary over a surface, and material inputs that are either a number or a texture.
+//!
+//! A texture is a small tree whose nodes refer to each other by place in [`Textures`]. Adding a kind means one variant in
+//! [`FloatTexture`] or [`RgbTexture`], one arm in its `evaluate`, and one arm in `build_texture.rs`.
+
+use std::sync::Arc;
+
+use super::TexturePoint;
+use super::image_texture::ImageMap;
+use crate::math::Rgb;
+
+/// A float texture, by its place in [`Textures`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FloatTextureId(pub u32);
+
+/// An RGB texture, by its place in [`Textures`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RgbTextureId(pub u32);
+
+/// A float that a material asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FloatInput {
+    /// The same everywhere: no lookup.
+    Constant(f32),
+    /// Looked up.
+    Texture(FloatTextureId),
+}
+
+/// A colour that a material asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RgbInput {
+    /// The same everywhere: no lookup.
+    Constant(Rgb),
+    /// Looked up.
+    Texture(RgbTextureId),
+}
+
+/// Textures of floats.
+#[derive(Debug)]
+pub enum FloatTexture {
+    /// One input times another.
+    Scale(FloatInput, FloatInput),
+    /// An image; of several channels: alpha where there is one, else their mean.
+    Image(Arc<ImageMap>),
+}
+
+/// Textures of colours: reflectances and other coefficients.
+#[derive(Debug)]
+pub enum RgbTexture {
+    /// A colour times a float.
+    Scale(RgbInput, FloatInput),
+    /// An image.
+    Image(Arc<ImageMap>),
+}
+
+/// All textures in use.
+#[derive(Debug, Default)]
+pub struct Textures {
+    /// Of floats.
+    pub floats: Vec<FloatTexture>,
+    /// Of colours.
+    pub rgbs: Vec<RgbTexture>,
+}
+
+impl FloatInput {
+    /// The value at `point`.
+    #[inline]
+    pub fn evaluate(&self, textures: &Textures, point: &TexturePoint) -> f32 {
+        match *self {
+            Self::Constant(value) => value,
+            Self::Texture(id) => textures.float(id, point),
+        }
+    }
+}
+
+impl RgbInput {
+    /// The value at `point`.
+    #[inline]
+    pub fn evaluate(&self, textures: &Textures, point: &TexturePoint) -> Rgb {
+        match *self {
+            Self::Constant(value) => value,
+            Self::Texture(id) => textures.rgb(id, point),
+        }
+    }
+}
+
+impl Textures {
+    fn float(&self, id: FloatTextureId, point: &TexturePoint) -> f32 {
+        match &self.floats[id.0 as usize] {
+            FloatTexture::Scale(texture, scale) => texture.evaluate(self, point) * scale.evaluate(self, point),
+            FloatTexture::Image(map) => map.float(point.uv),
+        }
+    }
+
+    fn rgb(&self, id: RgbTextureId, point: &TexturePoint) -> Rgb {
+        match &self.rgbs[id.0 as usize] {
+            RgbTexture::Scale(texture, scale) => texture.evaluate(self, point) * scale.evaluate(self, point),
+            RgbTexture::Image(map) => map.rgb(point.uv),
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.floats.len() + self.rgbs.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}

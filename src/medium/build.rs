@@ -1,0 +1,166 @@
+//! From a scene's `MakeNamedMedium` to a [`Medium`]: pbrt-v4's `homogeneous`, `uniformgrid` and `rgbgrid` with its defaults
+//! (pbrt-v4's file format documentation and section 11.4), and this renderer's `openvdb`.
+
+mod openvdb;
+mod uniform;
+
+use glam::DAffine3;
+
+use super::homogeneous::HomogeneousMedium;
+use super::{Medium, MediumPoint};
+use crate::math::Rgb;
+use crate::scene::{MediumEntity, ParamSet, ParamValue, SceneDescription, SceneError, SceneErrorKind, Warnings};
+
+type Result<T> = std::result::Result<T, Box<SceneError>>;
+
+/// Builds the medium that `entity` declares. Grids lie where `render_from_medium` puts their medium space. NaN, infinite
+/// and negative voxels become 0 with a warning that counts them, or are an error if `strict`.
+///
+/// Extinction is per unit length of **render space** (as in pbrt-v4): a transform that scales a grid does not make it
+/// thinner or denser.
+///
+/// # Errors
+/// Wrong parameters, unreadable files, types that are not supported, with the place in the scene file.
+pub fn build_medium(
+    entity: &MediumEntity,
+    render_from_medium: &DAffine3,
+    scene: &SceneDescription,
+    strict: bool,
+    warnings: &mut Warnings,
+) -> Result<Medium> {
+    let params = &entity.entity.params;
+    if entity.transform.is_animated() {
+        warnings.add(Some(params.span), format!("medium \"{}\" moves; it is rendered where it starts", entity.name));
+    }
+    let medium = match entity.entity.kind.as_str() {
+        "homogeneous" => homogeneous(params, warnings)?,
+        "uniformgrid" => uniform::uniform_grid(params, render_from_medium, strict, warnings)?,
+        "rgbgrid" => uniform::rgb_grid(params, render_from_medium, strict, warnings)?,
+        "openvdb" => openvdb::openvdb(params, render_from_medium, scene, strict, warnings)?,
+        kind @ ("cloud" | "nanovdb") => {
+            let message = format!("medium type \"{kind}\" is not supported yet");
+            return Err(SceneError::at(params.span, SceneErrorKind::Unsupported(message))
+                .help("supported are \"homogeneous\", \"uniformgrid\", \"rgbgrid\" and \"openvdb\""));
+        }
+        other => {
+            let message = format!("\"{other}\" is not a type of medium");
+            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message))
+                .help("media are \"homogeneous\", \"uniformgrid\", \"rgbgrid\" and \"openvdb\""));
+        }
+    };
+    params.warn_unused(warnings);
+    check_extinction(params, &medium)?;
+    Ok(medium)
+}
+
+/// The largest optical depth of a voxel that tracking gets through: where a voxel this dense lies beside an empty one, a ray
+/// takes as many steps as its bound says.
+const DENSEST_VOXEL: f32 = 1e6;
+
+/// Refuses extinctions that no free flight can be sampled in.
+fn check_extinction(params: &ParamSet, medium: &Medium) -> Result<()> {
+    let refuse = |message: String| {
+        Err(SceneError::at(params.span, SceneErrorKind::Parameter(message))
+            .help("are the coefficients (and \"scale\") per unit length of the scene?"))
+    };
+    match medium {
+        Medium::Homogeneous(HomogeneousMedium { point, .. }) => {
+            if (point.absorption + point.scattering).is_finite() && point.emission.is_finite() {
+                return Ok(());
+            }
+            refuse(format!("the coefficients of {} are not finite", params.owner))
+        }
+        Medium::Grid(grid) => {
+            let (largest, edge) = (grid.largest_majorant(), grid.voxel_edge());
+            if largest * edge <= DENSEST_VOXEL {
+                return Ok(());
+            }
+            refuse(format!(
+                "{} has an extinction of up to {largest:e}: {:e} over a voxel of {edge:e}, where {DENSEST_VOXEL:e} is the most",
+                params.owner,
+                largest * edge
+            ))
+        }
+    }
+}
+
+fn wrong(params: &ParamSet, name: &str, what: impl std::fmt::Display) -> Box<SceneError> {
+    let span = params.iter().find(|p| p.name == name).map_or(params.span, |p| p.span);
+    let message = format!("parameter \"{name}\" of {}: {what}", params.owner);
+    SceneError::at(span, SceneErrorKind::Parameter(message))
+}
+
+/// A coefficient per unit length: not negative, finite. A plain float serves for a grey one.
+fn coefficient(params: &ParamSet, name: &str, default: Rgb) -> Result<Rgb> {
+    let value = match params.get(name).map(|p| &p.value) {
+        None => return Ok(default),
+        Some(ParamValue::Float(_) | ParamValue::Integer(_)) => Rgb::splat(params.float(name, 0.0)?),
+        Some(_) => params.spectrum(name)?.map_or(default, |s| s.to_unbounded()),
+    };
+    if !value.is_finite() {
+        return Err(wrong(params, name, "must be finite"));
+    }
+    // Spectra reduced to RGB may leave its gamut a little.
+    Ok(value.map(|c| c.max(0.0)))
+}
+
+/// Emitted radiance, if given.
+fn radiance(params: &ParamSet, name: &str) -> Result<Option<Rgb>> {
+    let value = match params.get(name).map(|p| &p.value) {
+        None => return Ok(None),
+        Some(ParamValue::Float(_) | ParamValue::Integer(_)) => Rgb::splat(params.float(name, 0.0)?),
+        Some(_) => params.spectrum(name)?.map_or(Rgb::BLACK, |s| s.to_illuminant()),
+    };
+    if !value.is_finite() {
+        return Err(wrong(params, name, "must be finite"));
+    }
+    Ok(Some(value.map(|c| c.max(0.0))))
+}
+
+/// A factor that must be finite and not negative.
+fn factor(params: &ParamSet, name: &str, default: f32) -> Result<f32> {
+    let value = params.float(name, default)?;
+    if value.is_finite() && value >= 0.0 { Ok(value) } else { Err(wrong(params, name, "must not be negative")) }
+}
+
+/// g of the Henyey-Greenstein phase function, strictly between -1 and 1 (what lies beyond ±0.999 is set to that).
+fn anisotropy(params: &ParamSet, warnings: &mut Warnings) -> Result<f32> {
+    let g = params.float("g", 0.0)?;
+    if !(-1.0..=1.0).contains(&g) {
+        return Err(wrong(params, "g", "must lie between -1 and 1"));
+    }
+    if g.abs() > 0.999 {
+        warnings.add(Some(params.span), format!("g = {g} of {} is set to {}", params.owner, 0.999f32.copysign(g)));
+    }
+    Ok(g.clamp(-0.999, 0.999))
+}
+
+fn homogeneous(params: &ParamSet, warnings: &mut Warnings) -> Result<Medium> {
+    if let Some(preset) = params.string("preset")? {
+        let message = format!("preset \"{preset}\" is not supported: sigma_a and sigma_s are used instead");
+        warnings.add(Some(params.span), message);
+    }
+    // pbrt-v4's defaults: whole milk, in 1/mm.
+    let sigma_a = coefficient(params, "sigma_a", Rgb::new(0.0011, 0.0024, 0.014))?;
+    let sigma_s = coefficient(params, "sigma_s", Rgb::new(2.55, 3.21, 3.77))?;
+    let scale = factor(params, "scale", 1.0)?;
+    let le = radiance(params, "Le")?.unwrap_or(Rgb::BLACK) * factor(params, "Lescale", 1.0)?;
+    let point =
+        MediumPoint { absorption: sigma_a * scale, scattering: sigma_s * scale, emission: sigma_a * scale * le };
+    Ok(Medium::Homogeneous(HomogeneousMedium { point, g: anisotropy(params, warnings)? }))
+}
+
+/// Reports values that were NaN, infinite or negative.
+fn report_bad(params: &ParamSet, grid: &str, bad: u64, strict: bool, warnings: &mut Warnings) -> Result<()> {
+    if bad == 0 {
+        return Ok(());
+    }
+    let message = format!("{grid} of {} has {bad} values that are NaN, infinite or negative", params.owner);
+    if strict {
+        return Err(
+            SceneError::at(params.span, SceneErrorKind::Parameter(message)).help("without --strict they become 0")
+        );
+    }
+    warnings.add(Some(params.span), format!("{message}; they are set to 0"));
+    Ok(())
+}

@@ -1,0 +1,304 @@
+//! Upper bounds of μ_t over cells of index space, as a hierarchy: leaves' cells (8³ voxels), uniform cells of 32 and 128,
+//! cells of 4096 under the largest tiles, and empty cells up to 2²⁷ voxels where a grid is scattered that widely.
+//!
+//! The bound of a cell holds for every trilinear sample at a position in it, and at positions up to one voxel outside, so
+//! that rounding of a ray's points in single precision cannot lead past it.
+
+use glam::{DVec3, IVec3};
+
+use super::blocks::{BLOCK_SHIFT, BlockMap, CoordMap, block_of};
+use super::sparse::{LEAF_EDGE, LEAF_SIZE, SparseGrid, Voxel};
+
+const CELLS: usize = 4096;
+const UNIFORM: u32 = 1 << 31;
+const ROOT_SHIFT: u32 = 12;
+/// The sizes (log2) at which a scattered grid knows what is empty, coarsest first.
+const EMPTY_SHIFTS: [u32; 4] = [27, 22, 17, 12];
+/// How far beyond a voxel its value may reach: one voxel of interpolation and one of tolerance.
+pub const REACH: i32 = 2;
+
+#[derive(Debug)]
+struct Node {
+    /// Of each cell of 8³ voxels.
+    fine: [f32; CELLS],
+    /// Of each cell of 32³ voxels: its bound if all fine cells in it have the same; NaN otherwise.
+    middle: [f32; 64],
+}
+
+/// Collects bounds; cells not raised keep the background's.
+#[derive(Debug, Default)]
+pub struct MajorantsBuilder {
+    blocks: CoordMap<(f32, Option<Box<[f32; CELLS]>>)>,
+    roots: CoordMap<f32>,
+    bounds: Option<(IVec3, IVec3)>,
+    background: f32,
+}
+
+/// The finished hierarchy.
+#[derive(Debug)]
+pub struct Majorants {
+    blocks: BlockMap,
+    nodes: Vec<Box<Node>>,
+    uniform: Vec<f32>,
+    roots: CoordMap<f32>,
+    /// Which cells of each of [`EMPTY_SHIFTS`] hold anything; empty for grids that lie close together.
+    occupied: Vec<CoordMap<()>>,
+    background: f32,
+    largest: f32,
+    /// Where anything but the background may be met, inclusive.
+    bounds: Option<(IVec3, IVec3)>,
+}
+
+fn fine_slot(cell: IVec3) -> usize {
+    let at: IVec3 = cell & 15i32;
+    ((at.x << 8) | (at.y << 4) | at.z) as usize
+}
+
+impl MajorantsBuilder {
+    /// A builder; `background` is the bound wherever nothing is stored.
+    pub fn new(background: f32) -> Self {
+        Self { background, ..Self::default() }
+    }
+
+    fn include(&mut self, low: IVec3, high: IVec3) {
+        let low = low.saturating_sub(IVec3::splat(REACH));
+        let high = high.saturating_add(IVec3::splat(REACH));
+        let (a, b) = self.bounds.unwrap_or((low, high));
+        self.bounds = Some((a.min(low), b.max(high)));
+    }
+
+    /// Raises the cell number `cell` (index >> 3).
+    fn raise_fine(&mut self, cell: IVec3, bound: f32) {
+        let background = self.background;
+        let (floor, fine) = self.blocks.entry(cell >> 4i32).or_insert((background, None));
+        if bound <= *floor {
+            return;
+        }
+        let fine = fine.get_or_insert_with(|| Box::new([background; CELLS]));
+        let slot = &mut fine[fine_slot(cell)];
+        *slot = slot.max(bound);
+    }
+
+    fn raise_block(&mut self, block: IVec3, bound: f32) {
+        let (floor, _) = self.blocks.entry(block).or_insert((self.background, None));
+        *floor = floor.max(bound);
+    }
+
+    /// Raises every cell that the box `low..=high` of voxels touches or reaches.
+    pub fn raise_box(&mut self, low: IVec3, high: IVec3, bound: f32) {
+        if bound <= self.background {
+            return;
+        }
+        self.include(low, high);
+        let first = low.saturating_sub(IVec3::splat(REACH)) >> 3i32;
+        let last = high.saturating_add(IVec3::splat(REACH)) >> 3i32;
+        let block_inside = |block: IVec3| {
+            let corner: IVec3 = block << 4i32;
+            corner.cmpge(first).all() && (corner + 15).cmple(last).all()
+        };
+        for bx in first.x >> 4..=last.x >> 4 {
+            for by in first.y >> 4..=last.y >> 4 {
+                for bz in first.z >> 4..=last.z >> 4 {
+                    let block = IVec3::new(bx, by, bz);
+                    if block_inside(block) {
+                        self.raise_block(block, bound);
+                        continue;
+                    }
+                    let (a, b) = ((block << 4i32).max(first), ((block << 4i32) + 15).min(last));
+                    for x in a.x..=b.x {
+                        for y in a.y..=b.y {
+                            for z in a.z..=b.z {
+                                self.raise_fine(IVec3::new(x, y, z), bound);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Raises cells to `bound(value)` of every stored value of `grid`, whose index space is this one's. `bound` must not
+    /// fall as the value rises.
+    pub fn add<V: Voxel>(&mut self, grid: &SparseGrid<V>, bound: impl Fn(f32) -> f32) {
+        for (origin, leaf) in grid.leaves() {
+            self.add_leaf(origin, leaf, &bound);
+        }
+        for tile in grid.tiles() {
+            let m = bound(V::maximum(tile.value));
+            if m <= self.background {
+                continue;
+            }
+            let high = tile.origin.saturating_add(IVec3::splat(tile.edge - 1));
+            if tile.edge < 4096 {
+                self.raise_box(tile.origin, high, m);
+                continue;
+            }
+            self.include(tile.origin, high);
+            let root = self.roots.entry(tile.origin >> ROOT_SHIFT as i32).or_insert(m);
+            *root = root.max(m);
+            // The shell of blocks around it.
+            let block = block_of(tile.origin);
+            for x in -1..=32 {
+                for y in -1..=32 {
+                    for z in -1..=32 {
+                        let at = IVec3::new(x, y, z);
+                        let inside = at.cmpge(IVec3::ZERO).all() && at.cmplt(IVec3::splat(32)).all();
+                        if !inside {
+                            self.raise_block(block.wrapping_add(at), m);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_leaf<V: Voxel>(&mut self, origin: IVec3, leaf: &[V; LEAF_SIZE], bound: &impl Fn(f32) -> f32) {
+        // Each axis falls into layers 0, 1 (seen by the cell below), 2..=6, and 7 (seen by the cell above): the cell at
+        // `8c` depends on voxels 8c − 1 ..= 8c + 9.
+        let layer = |i: usize| match i {
+            0 | 1 => 0usize,
+            7 => 2,
+            _ => 1,
+        };
+        let mut parts = [f32::NEG_INFINITY; 27];
+        for (offset, v) in leaf.iter().enumerate() {
+            let part = &mut parts[layer(offset >> 6) * 9 + layer((offset >> 3) & 7) * 3 + layer(offset & 7)];
+            *part = part.max(V::maximum(v.get()));
+        }
+        let whole = parts.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        if bound(whole) <= self.background {
+            return;
+        }
+        self.include(origin, origin + (LEAF_EDGE - 1));
+        let cell: IVec3 = origin >> 3i32;
+        for direction in 0..27usize {
+            let d = [direction / 9, direction / 3 % 3, direction % 3];
+            // Towards −1 only layer 0 is seen, towards +1 only layer 2, and straight all of them.
+            let seen = |axis: usize, layer: usize| d[axis] == 1 || layer == d[axis];
+            let mut largest = f32::NEG_INFINITY;
+            for (part, value) in parts.iter().enumerate() {
+                if seen(0, part / 9) && seen(1, part / 3 % 3) && seen(2, part % 3) {
+                    largest = largest.max(*value);
+                }
+            }
+            let m = bound(largest);
+            if m > self.background {
+                let step = IVec3::new(d[0] as i32 - 1, d[1] as i32 - 1, d[2] as i32 - 1);
+                self.raise_fine(cell.wrapping_add(step), m);
+            }
+        }
+    }
+
+    /// The hierarchy.
+    pub fn build(self) -> Majorants {
+        let mut nodes = Vec::new();
+        let mut uniform = Vec::new();
+        let mut pairs = Vec::with_capacity(self.blocks.len());
+        let mut largest = self.roots.values().copied().fold(self.background, f32::max);
+        for (block, (floor, fine)) in self.blocks {
+            let root = self.roots.get(&(block >> (ROOT_SHIFT - BLOCK_SHIFT) as i32)).copied();
+            let floor = floor.max(root.unwrap_or(self.background));
+            let fine = fine.map(|mut fine| {
+                for value in fine.iter_mut() {
+                    *value = value.max(floor);
+                    largest = largest.max(*value);
+                }
+                fine
+            });
+            largest = largest.max(floor);
+            match fine {
+                Some(fine) if fine.iter().any(|&v| v != fine[0]) => {
+                    pairs.push((block, nodes.len() as u32));
+                    nodes.push(Box::new(Node { middle: uniform_middles(&fine), fine: *fine }));
+                }
+                fine => {
+                    pairs.push((block, uniform.len() as u32 | UNIFORM));
+                    uniform.push(fine.map_or(floor, |f| f[0]));
+                }
+            }
+        }
+        let blocks = BlockMap::new(&pairs);
+        let occupied = if matches!(blocks, BlockMap::Sparse(_)) || !self.roots.is_empty() {
+            let of = |shift: u32| {
+                let near = pairs.iter().map(|(block, _)| *block >> (shift - BLOCK_SHIFT) as i32);
+                near.chain(self.roots.keys().map(|root| *root >> (shift - ROOT_SHIFT) as i32))
+                    .map(|c| (c, ()))
+                    .collect()
+            };
+            EMPTY_SHIFTS.map(of).into()
+        } else {
+            Vec::new()
+        };
+        Majorants {
+            blocks,
+            nodes,
+            uniform,
+            roots: self.roots,
+            occupied,
+            background: self.background,
+            largest,
+            bounds: self.bounds,
+        }
+    }
+}
+
+fn uniform_middles(fine: &[f32; CELLS]) -> [f32; 64] {
+    std::array::from_fn(|middle| {
+        let (x0, y0, z0) = (middle >> 4 << 2, (middle >> 2 & 3) << 2, (middle & 3) << 2);
+        let at = |i: usize| fine[((x0 + (i >> 4)) << 8) | ((y0 + (i >> 2 & 3)) << 4) | (z0 + (i & 3))];
+        if (1..64).all(|i| at(i) == at(0)) { at(0) } else { f32::NAN }
+    })
+}
+
+impl Majorants {
+    /// The bound outside [`Majorants::bounds`].
+    pub fn background(&self) -> f32 {
+        self.background
+    }
+
+    /// The largest bound anywhere.
+    pub fn largest(&self) -> f32 {
+        self.largest
+    }
+
+    /// Where anything but the background may be met: voxels, inclusive.
+    pub fn bounds(&self) -> Option<(IVec3, IVec3)> {
+        self.bounds
+    }
+
+    /// Bytes in use.
+    pub fn memory(&self) -> usize {
+        self.nodes.len() * size_of::<Node>() + self.blocks.memory() + self.uniform.len() * 4
+    }
+
+    /// The largest known cell of one bound that holds the voxel: log2 of its edge, and the bound.
+    #[inline]
+    pub fn cell(&self, voxel: IVec3) -> (u32, f32) {
+        for (shift, cells) in EMPTY_SHIFTS.iter().zip(&self.occupied) {
+            if !cells.contains_key(&(voxel >> *shift as i32)) {
+                return (*shift, self.background);
+            }
+        }
+        match self.blocks.get(block_of(voxel)) {
+            Some(code) if code & UNIFORM == 0 => {
+                let node = &self.nodes[code as usize];
+                let cell: IVec3 = voxel >> 3i32;
+                let at: IVec3 = (cell >> 2i32) & 3i32;
+                let middle = node.middle[((at.x << 4) | (at.y << 2) | at.z) as usize];
+                if middle.is_nan() { (3, node.fine[fine_slot(cell)]) } else { (5, middle) }
+            }
+            Some(code) => (BLOCK_SHIFT, self.uniform[(code & !UNIFORM) as usize]),
+            None if self.roots.is_empty() => (BLOCK_SHIFT, self.background),
+            None => match self.roots.get(&(voxel >> ROOT_SHIFT as i32)) {
+                // Blocks within a root tile exist where a neighbour raises them, so only this block is sure.
+                Some(&bound) => (BLOCK_SHIFT, bound),
+                None => (BLOCK_SHIFT, self.background),
+            },
+        }
+    }
+
+    /// The region that rays are followed through cell by cell, as a box of continuous index space.
+    pub fn region(&self) -> Option<(DVec3, DVec3)> {
+        self.bounds.map(|(low, high)| (low.as_dvec3(), high.as_dvec3() + 1.0))
+    }
+}

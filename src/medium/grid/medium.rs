@@ -1,0 +1,341 @@
+//! A medium whose coefficients vary as grids say:
+//! μ_a = scale · density · σ_a · a, μ_s = scale · density · σ_s · s, where density, a and s are grids or 1.
+
+use glam::{DAffine3, DVec3, IVec3, Vec3};
+
+use super::dda::{GridMajorants, reach_of};
+use super::emission::{Emission, EmissionShape};
+use super::field::{AnyGrid, Field, ScalarGrid, with_scalar};
+use super::majorants::{Majorants, MajorantsBuilder};
+use super::map::{IndexMap, box_of_corners};
+use super::sparse::SparseGrid;
+use crate::math::Rgb;
+use crate::medium::{MajorantIter, MediumPoint};
+
+/// What a grid medium is made of.
+#[derive(Debug)]
+pub struct GridMediumParts {
+    /// Density; 1 everywhere if absent.
+    pub density: Option<Field<ScalarGrid>>,
+    /// Absorption by place: σ_a is multiplied by it.
+    pub absorption_colour: Option<Field<AnyGrid>>,
+    /// Scattering by place: σ_s is multiplied by it.
+    pub scattering_colour: Option<Field<AnyGrid>>,
+    /// Where there is no density grid: a grid of the largest channel of μ_t (on the colours' lattice) to take bounds from.
+    pub bound: Option<Field<ScalarGrid>>,
+    /// σ_a, per unit length of render space.
+    pub sigma_a: Rgb,
+    /// σ_s, per unit length of render space.
+    pub sigma_s: Rgb,
+    /// Factor on both.
+    pub scale: f32,
+    /// Emission.
+    pub emission: Option<Emission>,
+    /// Mean cosine of the Henyey-Greenstein phase function.
+    pub g: f32,
+    /// A box, in the index space of the density (or else bound) grid, outside which the medium is nothing.
+    pub clip: Option<(DVec3, DVec3)>,
+}
+
+/// A medium whose coefficients vary as grids say.
+#[derive(Debug)]
+pub struct GridMedium {
+    parts: GridMediumParts,
+    majorants: Majorants,
+    /// Render space to the majorants' index space.
+    cells_from_render: DAffine3,
+    /// The clip box in whole voxels, outwards.
+    clip_voxels: Option<(IVec3, IVec3)>,
+    /// The bound outside everything.
+    outside: f32,
+    bounds: Option<(Vec3, Vec3)>,
+    /// All grids lie on the lattice of the density (or else of the bound).
+    shared: bool,
+}
+
+/// Cells along the longest side of the majorant grid of a grid in a frustum.
+const FRUSTUM_CELLS: f64 = 96.0;
+
+/// A margin for rounding in the bounds themselves.
+const ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
+
+impl GridMedium {
+    /// Builds the bounds of μ_t for `parts`. One of `density` and `bound` must be there.
+    ///
+    /// # Panics
+    /// If neither density nor bound is given.
+    pub fn new(parts: GridMediumParts) -> Self {
+        let source = parts.density.as_ref().or(parts.bound.as_ref()).expect("a density or a bound is given");
+        let colour = |field: &Option<Field<AnyGrid>>| field.as_ref().map_or(1.0, Field::largest);
+        let per_density = if parts.density.is_some() {
+            parts.sigma_a * colour(&parts.absorption_colour) + parts.sigma_s * colour(&parts.scattering_colour)
+        } else {
+            Rgb::WHITE
+        };
+        let factor = per_density.max_channel() * parts.scale * ROUNDING;
+        let bound = |value: f32| (factor * source.bound(value)).min(f32::MAX);
+        let emission_field = parts.emission.as_ref().filter(|e| e.direct).and_then(|emission| match &emission.shape {
+            EmissionShape::Grid(field) => Some((emission, field)),
+            _ => None,
+        });
+
+        let background = bound(source.grid.background());
+        let mut builder = MajorantsBuilder::new(background);
+        let mut cells_from_render = *source.map.local_from_render();
+        if source.map.is_linear() {
+            with_scalar!(&source.grid, grid => builder.add(grid, bound));
+        } else {
+            cells_from_render = frustum_cells(source, emission_field.map(|(_, field)| field));
+            let place = |low: IVec3, high: IVec3| cells_box(&cells_from_render, &source.map, low, high);
+            with_scalar!(&source.grid, grid => add_placed(&mut builder, grid, bound, place));
+        }
+        // Emission that does not depend on density is met only where collisions are: so there must be some.
+        if let Some((emission, field)) = emission_field {
+            let voxel = voxel_edge(&cells_from_render);
+            let most = |value: f32| (emission.radiance.max_channel() * field.bound(value)).min(1.0 / voxel);
+            let place = |low: IVec3, high: IVec3| cells_box(&cells_from_render, &field.map, low, high);
+            match &field.grid {
+                AnyGrid::Scalar(grid) => {
+                    with_scalar!(grid, grid => add_placed(&mut builder, grid, most, place));
+                }
+                AnyGrid::Vector(grid) => add_placed(&mut builder, grid, most, place),
+            }
+        }
+        let majorants = builder.build();
+        let outside = if parts.clip.is_some() { 0.0 } else { background };
+        let clip_voxels = parts.clip.map(|(low, high)| {
+            (low.floor().as_ivec3().saturating_sub(IVec3::ONE), high.ceil().as_ivec3().saturating_add(IVec3::ONE))
+        });
+        let bounds = render_bounds(&majorants, &cells_from_render, clip_voxels, outside);
+        let map = source.map;
+        let same = |field: &Option<Field<AnyGrid>>| field.as_ref().is_none_or(|f| f.map == map);
+        let glows_there = parts.emission.as_ref().is_none_or(|emission| emission.lies_on(&map));
+        let shared = same(&parts.absorption_colour) && same(&parts.scattering_colour) && glows_there;
+        Self { majorants, cells_from_render, clip_voxels, outside, bounds, shared, parts }
+    }
+
+    fn source_map(&self) -> &IndexMap {
+        match (&self.parts.density, &self.parts.bound) {
+            (Some(field), _) | (None, Some(field)) => &field.map,
+            (None, None) => unreachable!("checked when built"),
+        }
+    }
+
+    /// The coefficients at `p` of render space.
+    #[inline]
+    pub fn point(&self, p: Vec3) -> MediumPoint {
+        let Some(index) = self.index_inside(p) else { return MediumPoint::default() };
+        let [absorption, scattering] = self.coefficients(p, index);
+        let mut point = MediumPoint { absorption, scattering, emission: Rgb::BLACK };
+        if let Some(emission) = &self.parts.emission {
+            let index_of = |map: &IndexMap| self.index_under(map, p, index);
+            if emission.direct {
+                point.emission = emission.at(index_of);
+            } else if !absorption.is_black() {
+                point.emission = absorption * emission.at(index_of);
+            }
+        }
+        point
+    }
+
+    /// μ_t at `p` of render space: [`GridMedium::point`] without the emission.
+    #[inline]
+    pub fn extinction(&self, p: Vec3) -> Rgb {
+        self.index_inside(p).map_or(Rgb::BLACK, |index| {
+            let [absorption, scattering] = self.coefficients(p, index);
+            absorption + scattering
+        })
+    }
+
+    /// The index position of `p` (`Some(None)` behind a frustum's apex); `None` outside the clip box.
+    #[inline]
+    fn index_inside(&self, p: Vec3) -> Option<Option<DVec3>> {
+        let index = self.source_map().to_index(p);
+        let inside =
+            self.parts.clip.is_none_or(|(low, high)| index.is_some_and(|i| i.cmpge(low).all() && i.cmple(high).all()));
+        inside.then_some(index)
+    }
+
+    /// The index position of `p` under a grid's map, `index` being that under the density's.
+    #[inline]
+    fn index_under(&self, map: &IndexMap, p: Vec3, index: Option<DVec3>) -> Option<DVec3> {
+        if self.shared { index } else { map.to_index(p) }
+    }
+
+    /// μ_a and μ_s.
+    #[inline]
+    fn coefficients(&self, p: Vec3, index: Option<DVec3>) -> [Rgb; 2] {
+        let parts = &self.parts;
+        let density = match &parts.density {
+            Some(field) => index.map_or_else(|| field.adjust(field.grid.background()), |index| field.at(index)),
+            None => 1.0,
+        };
+        if !(density > 0.0) {
+            return [Rgb::BLACK; 2];
+        }
+        let scaled = parts.scale * density;
+        let tinted = |sigma: Rgb, colour: &Option<Field<AnyGrid>>| match colour {
+            Some(field) => sigma * scaled * Rgb(field.at_index(self.index_under(&field.map, p, index))),
+            None => sigma * scaled,
+        };
+        [tinted(parts.sigma_a, &parts.absorption_colour), tinted(parts.sigma_s, &parts.scattering_colour)]
+    }
+
+    /// The density alone at `p` of render space, as the grid (adjusted) has it.
+    #[inline]
+    pub fn density(&self, p: Vec3) -> f32 {
+        let Some(field) = &self.parts.density else { return 1.0 };
+        field.map.to_index(p).map_or(0.0, |index| field.at(index))
+    }
+
+    /// Mean cosine of the phase function.
+    pub fn g(&self) -> f32 {
+        self.parts.g
+    }
+
+    /// Whether it glows.
+    pub fn is_emissive(&self) -> bool {
+        self.parts.emission.as_ref().is_some_and(|e| !e.radiance.is_black())
+    }
+
+    /// Bounds of μ_t along a ray; see [`crate::medium::Medium::majorants`].
+    #[inline]
+    pub fn majorants(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> MajorantIter<'_> {
+        let ray = [
+            self.cells_from_render.transform_point3(origin.as_dvec3()),
+            self.cells_from_render.transform_vector3(direction.as_dvec3()),
+        ];
+        let reach = reach_of(origin);
+        MajorantIter::Grid(GridMajorants::new(
+            &self.majorants,
+            ray,
+            self.clip_voxels,
+            self.outside,
+            reach,
+            [t_min, t_max],
+        ))
+    }
+
+    /// A box of render space outside which there is nothing; `None` if there is something everywhere.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        self.bounds
+    }
+
+    /// An upper bound of μ_t anywhere, per unit length of render space.
+    pub fn largest_majorant(&self) -> f32 {
+        self.majorants.largest()
+    }
+
+    /// Edge of a voxel in render space (the shortest).
+    pub fn voxel_edge(&self) -> f32 {
+        voxel_edge(self.source_map().local_from_render())
+    }
+
+    /// Bytes in use.
+    pub fn memory(&self) -> usize {
+        let parts = &self.parts;
+        let any = |field: &Option<Field<AnyGrid>>| field.as_ref().map_or(0, |f| f.grid.memory());
+        parts.density.as_ref().map_or(0, |f| f.grid.memory())
+            + any(&parts.absorption_colour)
+            + any(&parts.scattering_colour)
+            + parts.emission.as_ref().map_or(0, Emission::memory)
+            + self.majorants.memory()
+    }
+
+    /// One line for people.
+    pub fn summary(&self) -> String {
+        let parts = &self.parts;
+        let mut words = Vec::new();
+        if let Some(field) = &parts.density {
+            let precision = if matches!(field.grid, ScalarGrid::Half(_)) { "half" } else { "single" };
+            let size = field.grid.bounds().map_or("empty".to_owned(), |(low, high)| {
+                let size = high.as_i64vec3() - low.as_i64vec3() + 1;
+                format!("{}×{}×{}", size.x, size.y, size.z)
+            });
+            words.push(format!("density grid {size} ({precision} precision, voxel {:.4})", self.voxel_edge()));
+        }
+        if parts.absorption_colour.is_some() || parts.scattering_colour.is_some() {
+            words.push("colour grids".to_owned());
+        }
+        match parts.emission.as_ref().map(|e| &e.shape) {
+            Some(EmissionShape::Constant) => words.push("emission".to_owned()),
+            Some(EmissionShape::Grid(_)) => words.push("emission grid".to_owned()),
+            Some(EmissionShape::Temperature { .. }) => words.push("temperature grid".to_owned()),
+            None => {}
+        }
+        words.push(format!("largest extinction {:.4}", self.largest_majorant()));
+        words.join(", ")
+    }
+}
+
+/// The shortest edge of a voxel, given the map to index space.
+fn voxel_edge(index_from_render: &DAffine3) -> f32 {
+    let m = index_from_render.matrix3.inverse();
+    m.x_axis.length().min(m.y_axis.length()).min(m.z_axis.length()).max(f64::from(f32::MIN_POSITIVE)) as f32
+}
+
+/// A grid of cells (8 "voxels" each) in render space around a grid whose own index space is not straight.
+fn frustum_cells(source: &Field<ScalarGrid>, more: Option<&Field<AnyGrid>>) -> DAffine3 {
+    let boxes =
+        [source.grid.bounds().map(|b| (b, source.map)), more.and_then(|field| Some((field.grid.bounds()?, field.map)))];
+    let mut all = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for ((low, high), map) in boxes.into_iter().flatten() {
+        let (a, b) = map.render_box(low.as_dvec3() - 1.0, high.as_dvec3() + 1.0);
+        all = (all.0.min(a), all.1.max(b));
+    }
+    let size = (all.1 - all.0).max_element();
+    if !(size > 0.0 && size.is_finite()) {
+        return DAffine3::IDENTITY;
+    }
+    let scale = 8.0 * FRUSTUM_CELLS / size;
+    DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-all.0)
+}
+
+/// The cells that the voxels `low..=high` of another lattice can have an influence on.
+fn cells_box(cells_from_render: &DAffine3, map: &IndexMap, low: IVec3, high: IVec3) -> (IVec3, IVec3) {
+    let image = |p: DVec3| cells_from_render.transform_point3(map.to_render(p));
+    let (a, b) = box_of_corners(low.as_dvec3() - 1.5, high.as_dvec3() + 1.5, image);
+    (a.floor().as_ivec3(), b.ceil().as_ivec3())
+}
+
+/// Raises the boxes that `place` gives for leaves and tiles.
+fn add_placed<V: super::sparse::Voxel>(
+    builder: &mut MajorantsBuilder,
+    grid: &SparseGrid<V>,
+    bound: impl Fn(f32) -> f32,
+    place: impl Fn(IVec3, IVec3) -> (IVec3, IVec3),
+) {
+    let leaves = grid.leaves().map(|(origin, leaf)| {
+        let largest = leaf.iter().map(|v| V::maximum(v.get())).fold(0.0, f32::max);
+        (origin, 8, largest)
+    });
+    let tiles = grid.tiles().iter().map(|t| (t.origin, t.edge, V::maximum(t.value)));
+    for (origin, edge, value) in leaves.chain(tiles) {
+        let m = bound(value);
+        if m > 0.0 {
+            let (low, high) = place(origin, origin.saturating_add(IVec3::splat(edge - 1)));
+            builder.raise_box(low, high, m);
+        }
+    }
+}
+
+fn render_bounds(
+    majorants: &Majorants,
+    cells_from_render: &DAffine3,
+    clip: Option<(IVec3, IVec3)>,
+    outside: f32,
+) -> Option<(Vec3, Vec3)> {
+    if outside > 0.0 {
+        return None;
+    }
+    let Some((low, high)) = majorants.bounds() else { return Some((Vec3::ZERO, Vec3::ZERO)) };
+    let (low, high) = clip.map_or((low, high), |(a, b)| (low.max(a), high.min(b)));
+    if low.cmpgt(high).any() {
+        return Some((Vec3::ZERO, Vec3::ZERO));
+    }
+    let render_from_cells = cells_from_render.inverse();
+    let corners = |p: DVec3| render_from_cells.transform_point3(p);
+    let (a, b) = box_of_corners(low.as_dvec3(), high.as_dvec3() + 1.0, corners);
+    let outwards = (b - a).max_element() * 1e-6;
+    Some(((a - outwards).as_vec3(), (b + outwards).as_vec3()))
+}

@@ -1,0 +1,21 @@
+//! Media given by grids: sparse bricks of voxels ([`sparse`]), where they lie ([`map`], [`field`]), what they emit
+//! ([`emission`]), bounds of their extinction ([`majorants`]) and how a ray is led along them ([`dda`]).
+//!
+//! Everything but reading .vdb files ([`file`]) is plain Rust and exists without the feature `openvdb`.
+
+pub mod blocks;
+pub mod dda;
+pub mod emission;
+pub mod field;
+pub mod file;
+pub mod majorants;
+pub mod map;
+mod medium;
+pub mod sparse;
+
+pub use medium::{GridMedium, GridMediumParts};
+
+#[cfg(all(test, feature = "openvdb"))]
+mod real_files;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,205 @@
+//! Grids against each other and against brute force: look-ups, bounds along rays, coverage of rays.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, IVec3, Vec3};
+
+use super::emission::{Emission, EmissionShape};
+use super::field::{AnyGrid, Field, ScalarGrid};
+use super::map::{Frustum, IndexMap};
+use super::sparse::{SparseGrid, TileOf};
+use super::{GridMedium, GridMediumParts};
+use crate::math::Rgb;
+use crate::math::sampler::Stream;
+
+fn blob(edge: i32, origin: IVec3, seed: u64) -> (Vec<IVec3>, Vec<f32>) {
+    let mut stream = Stream::from_seed(seed);
+    let (mut origins, mut values) = (Vec::new(), Vec::new());
+    for x in 0..edge {
+        for y in 0..edge {
+            for z in 0..edge {
+                if stream.next_f32() < 0.6 {
+                    continue;
+                }
+                origins.push(origin + IVec3::new(x, y, z) * 8);
+                values.extend((0..512).map(|_| if stream.next_f32() < 0.5 { 0.0 } else { stream.next_f32() * 4.0 }));
+            }
+        }
+    }
+    (origins, values)
+}
+
+fn parts(grid: SparseGrid<f32>, map: IndexMap) -> GridMediumParts {
+    let grid = ScalarGrid::Single(Arc::new(grid));
+    GridMediumParts {
+        density: Some(Field { grid, map, scale: 1.0, offset: 0.0 }),
+        absorption_colour: None,
+        scattering_colour: None,
+        bound: None,
+        sigma_a: Rgb::new(0.1, 0.2, 0.3),
+        sigma_s: Rgb::new(1.0, 0.5, 0.25),
+        scale: 2.0,
+        emission: None,
+        g: 0.0,
+        clip: None,
+    }
+}
+
+fn affine(scale: f64, move_by: DVec3) -> IndexMap {
+    let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
+    IndexMap::new(DAffine3::from_translation(move_by) * turn * DAffine3::from_scale(DVec3::splat(scale)), None)
+        .expect("invertible")
+}
+
+fn direction(stream: &mut Stream) -> Vec3 {
+    loop {
+        let v = Vec3::new(stream.next_f32(), stream.next_f32(), stream.next_f32()) * 2.0 - 1.0;
+        let axes = Vec3::new(stream.next_f32(), stream.next_f32(), stream.next_f32());
+        // Some directions along axes and planes.
+        let v = Vec3::select(axes.cmplt(Vec3::splat(0.15)), Vec3::ZERO, v);
+        if v.length_squared() > 1e-3 && v.length_squared() <= 1.0 {
+            return v.normalize();
+        }
+    }
+}
+
+/// Follows `rays` random rays around `centre`: stretches are in order, end at t_max, and bound μ_t at random points.
+fn check_rays(medium: &GridMedium, centre: Vec3, size: f32, rays: usize, seed: u64) -> (u64, u64) {
+    let mut stream = Stream::from_seed(seed);
+    let (mut points, mut dense) = (0u64, 0u64);
+    for ray in 0..rays {
+        let mut around = |r: f32| centre + direction(&mut stream) * r;
+        let distance = [0.3, 1.0, 3.0, 100.0][ray % 4] * size;
+        let origin = around(distance);
+        let target = around(0.4 * size);
+        let d = if ray % 3 == 0 { direction(&mut stream) } else { (target - origin).normalize() };
+        let (t_min, t_max) = (0.1 * size * stream.next_f32(), distance + 2.0 * size);
+        let mut start = t_min;
+        for segment in medium.majorants(origin, d, t_min, t_max) {
+            assert!(segment.t_end > start, "{segment:?} after {start}");
+            assert!(segment.majorant >= 0.0 && segment.majorant.is_finite());
+            for _ in 0..6 {
+                let t = start + (segment.t_end - start) * stream.next_f32();
+                let point = medium.point(origin + d * t);
+                let extinction = (point.absorption + point.scattering).max_channel();
+                assert!(
+                    extinction <= segment.majorant,
+                    "{extinction} exceeds {segment:?} at {t} from {origin} along {d}"
+                );
+                points += 1;
+                dense += u64::from(extinction > 0.0);
+            }
+            start = segment.t_end;
+        }
+        assert_eq!(start, t_max, "the whole ray is covered");
+    }
+    (points, dense)
+}
+
+#[test]
+fn bounds_hold_along_random_rays() {
+    for (number, (scale, place)) in
+        [(1.0, DVec3::ZERO), (0.013, DVec3::new(5.0, -3.0, 2.0)), (40.0, DVec3::splat(1e4)), (1e-6, DVec3::ZERO)]
+            .into_iter()
+            .enumerate()
+    {
+        let (origins, values) = blob(6, IVec3::new(-16, 120, -24), 7);
+        let tiles = vec![
+            TileOf { origin: IVec3::new(32, 120, 0), edge: 8, value: 9.0 },
+            TileOf { origin: IVec3::new(128, 128, 0), edge: 128, value: 0.5 },
+        ];
+        let map = affine(scale, place);
+        let medium = GridMedium::new(parts(SparseGrid::new(0.0, origins, values, tiles), map));
+        let centre = map.to_render(DVec3::new(8.0, 144.0, 0.0)).as_vec3();
+        let (points, dense) = check_rays(&medium, centre, 60.0 * scale as f32, 20_000, number as u64);
+        assert!(points > 500_000 && dense * 20 > points, "{dense} of {points} points met something");
+    }
+}
+
+#[test]
+fn bounds_hold_in_frustums_and_with_direct_emission() {
+    let (origins, values) = blob(5, IVec3::ZERO, 3);
+    let frustum = Frustum { min: DVec3::ZERO, max: DVec3::splat(40.0), taper: 0.4, depth: 1.5 };
+    let map = IndexMap::new(DAffine3::from_scale(DVec3::splat(10.0)), Some(frustum)).expect("invertible");
+    let mut given = parts(SparseGrid::new(0.0, origins.clone(), values.clone(), Vec::new()), map);
+    let elsewhere = affine(0.5, DVec3::new(30.0, 0.0, 0.0));
+    let flame = AnyGrid::Scalar(ScalarGrid::Single(Arc::new(SparseGrid::new(0.0, origins, values, Vec::new()))));
+    let shape = EmissionShape::Grid(Field { grid: flame, map: elsewhere, scale: 1.0, offset: 0.0 });
+    given.emission = Some(Emission { radiance: Rgb::WHITE, shape, direct: true });
+    let medium = GridMedium::new(given);
+    let (points, dense) = check_rays(&medium, Vec3::new(0.0, 0.0, 8.0), 20.0, 20_000, 11);
+    assert!(dense * 50 > points, "{dense} of {points}");
+    // Where it glows there is something to collide with.
+    let inside = elsewhere.to_render(DVec3::splat(20.0)).as_vec3();
+    let bounds = medium.majorants(inside, Vec3::X, 0.0, 0.01).map(|s| s.majorant);
+    assert!(bounds.fold(0.0, f32::max) > 0.0);
+}
+
+#[test]
+fn scattered_and_huge_grids_are_walked_in_big_steps() {
+    let far = [IVec3::splat(-2_000_000_000), IVec3::new(2_000_000_000, 0, 7_000_000), IVec3::ZERO].map(|v| v & !7);
+    let tiles: Vec<_> = (0..8).map(|i| TileOf { origin: IVec3::new(0, 4096 * i, 0), edge: 4096, value: 1.0 }).collect();
+    let values = vec![1.0f32; 512 * 3];
+    let map = IndexMap::new(DAffine3::from_scale(DVec3::splat(1e-6)), None).expect("invertible");
+    let medium = GridMedium::new(parts(SparseGrid::new(0.0, far.to_vec(), values, tiles), map));
+    assert!(medium.memory() < 64 << 20, "{}", medium.memory());
+    let ray = |o: Vec3, d: Vec3| medium.majorants(o, d, 0.0, 1e5).inspect(|s| assert!(s.t_end > 0.0)).count();
+    assert!(ray(Vec3::splat(-3000.0), Vec3::ONE.normalize()) >= 2);
+    assert_eq!(medium.density(Vec3::new(0.001, 0.02, 0.001)), 1.0);
+    assert_eq!(medium.density(Vec3::new(0.001, 0.05, 0.001)), 0.0);
+}
+
+#[test]
+fn samples_match_brute_force() {
+    let (origins, values) = blob(4, IVec3::new(-8, 0, 8), 5);
+    let grid =
+        SparseGrid::new(0.0, origins, values, vec![TileOf { origin: IVec3::new(64, 0, 0), edge: 8, value: 3.0 }]);
+    let mut stream = Stream::from_seed(1);
+    for _ in 0..200_000 {
+        let p = DVec3::new(
+            f64::from(stream.next_f32()) * 90.0 - 12.0,
+            f64::from(stream.next_f32()) * 40.0 - 4.0,
+            f64::from(stream.next_f32()) * 40.0,
+        );
+        let (low, mut sum) = (p.floor().as_ivec3(), 0.0f64);
+        for corner in 0..8 {
+            let at = low + IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+            let w = 1.0 - (p - at.as_dvec3()).abs();
+            sum += w.x * w.y * w.z * f64::from(grid.value(at));
+        }
+        assert!((f64::from(grid.sample(p)) - sum).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn strange_values_become_zero_and_are_counted() {
+    let mut values = vec![1.0f32; 512];
+    (values[0], values[1], values[2]) = (f32::NAN, f32::INFINITY, -1.0);
+    let grid = SparseGrid::new(0.0, vec![IVec3::ZERO], values.clone(), Vec::new());
+    assert_eq!(grid.bad_voxels(), 3);
+    assert_eq!(grid.value(IVec3::ZERO), 0.0);
+    let halves: Vec<half::f16> = values.iter().map(|&v| half::f16::from_f32(v)).collect();
+    assert_eq!(SparseGrid::new(half::f16::ZERO, vec![IVec3::ZERO], halves, Vec::new()).bad_voxels(), 3);
+}
+
+#[test]
+fn every_half_reads_exactly() {
+    use super::sparse::Voxel;
+    for bits in 0..0x7c00u16 {
+        let h = half::f16::from_bits(bits);
+        assert_eq!(Voxel::get(h), h.to_f32());
+    }
+}
+
+#[test]
+fn grids_of_one_voxel_and_of_none_are_fine() {
+    let map = affine(1.0, DVec3::ZERO);
+    let mut one = vec![0.0f32; 512];
+    one[0] = 2.0;
+    let medium = GridMedium::new(parts(SparseGrid::new(0.0, vec![IVec3::ZERO], one, Vec::new()), map));
+    assert_eq!(medium.density(map.to_render(DVec3::ZERO).as_vec3()), 2.0);
+    let none = GridMedium::new(parts(SparseGrid::new(0.0, Vec::new(), Vec::new(), Vec::new()), map));
+    let segments: Vec<_> = none.majorants(Vec3::ZERO, Vec3::X, 0.0, 5.0).collect();
+    assert_eq!((segments.len(), segments[0].majorant, segments[0].t_end), (1, 0.0, 5.0));
+    assert_eq!(none.bounds(), Some((Vec3::ZERO, Vec3::ZERO)));
+}

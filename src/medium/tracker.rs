@@ -1,0 +1,180 @@
+//! Null-collision tracking: tentative collisions along a ray, and the transmittance estimate built on them.
+//! Source: Woodcock et al. 1965 (delta tracking); Novák, Selle, Jarosz 2014 (ratio tracking); Miller, Georgiev, Jarosz 2019
+//! (null-scattering path integral), whose notation is used: μ̄ is the majorant, μ_n = μ̄ − μ_t the null coefficient.
+//!
+//! The majorant is one number for all channels, so every free-flight factor T̄ μ̄ cancels against its pdf exactly and never has to be
+//! computed. Where several media overlap, each has its own stream of tentative collisions; the streams together are those of the
+//! sum of the media (superposition of Poisson processes), so no combined majorant is ever formed.
+
+use arrayvec::ArrayVec;
+use glam::Vec3;
+
+use super::regions::MAX_OVERLAP;
+use super::{MajorantIter, Medium, MediumId};
+use crate::math::Rgb;
+use crate::math::sampler::Stream;
+
+/// A tentative collision: something may happen here.
+#[derive(Clone, Copy, Debug)]
+pub struct TentativeCollision {
+    /// Distance along the ray.
+    pub t: f32,
+    /// The medium whose particle, real or null, was met.
+    pub medium: MediumId,
+    /// μ̄ of that medium there.
+    pub majorant: f32,
+}
+
+/// The collisions of one medium along a stretch.
+struct Flight<'m> {
+    medium: MediumId,
+    /// μ_t of a medium that is the same everywhere.
+    constant: Option<Rgb>,
+    segments: MajorantIter<'m>,
+    t: f32,
+    t_end: f32,
+    majorant: f32,
+    next: f32,
+}
+
+impl Flight<'_> {
+    /// Goes on behind a null collision. In a homogeneous medium such a collision leaves nothing in the channels whose extinction is
+    /// the majorant, so the largest extinction below it bounds what is left, and takes its place. Hence such a
+    /// medium has at most three collisions along a stretch, and none once the channels left are clear: a ray without end that no channel's
+    /// extinction stops comes to an end.
+    #[inline]
+    fn proceed(&mut self, tau: f32) -> bool {
+        if let Some(extinction) = self.constant {
+            let majorant = self.majorant;
+            self.majorant = extinction.map(|mu| if mu < majorant { mu } else { 0.0 }).max_channel();
+        }
+        self.advance(tau)
+    }
+
+    /// Moves on by an optical depth of `tau` (measured in the majorant); false when the stretch ends before.
+    #[inline(always)]
+    fn advance(&mut self, mut tau: f32) -> bool {
+        loop {
+            // Empty space may reach to infinity: 0 · ∞ must count as no optical depth.
+            let depth = if self.majorant > 0.0 { self.majorant * (self.t_end - self.t) } else { 0.0 };
+            if tau < depth {
+                self.t = (self.t + tau / self.majorant).min(self.t_end);
+                self.next = self.t;
+                return true;
+            }
+            tau -= depth;
+            let Some(segment) = self.segments.next() else { return false };
+            self.t = self.t_end;
+            self.t_end = segment.t_end;
+            self.majorant = segment.majorant;
+        }
+    }
+}
+
+/// The tentative collisions of all media that are active along a stretch of a ray, in order of distance.
+pub struct Tracker<'m> {
+    flights: ArrayVec<Flight<'m>, { MAX_OVERLAP + 1 }>,
+    pending: Option<usize>,
+}
+
+impl<'m> Tracker<'m> {
+    /// Starts at `t_start` on the ray; no collision lies beyond `t_end`.
+    #[inline]
+    pub fn new(
+        media: &'m [Medium],
+        active: &[MediumId],
+        origin: Vec3,
+        direction: Vec3,
+        [t_start, t_end]: [f32; 2],
+        stream: &mut Stream,
+    ) -> Self {
+        let mut flights = ArrayVec::new();
+        for &medium in active {
+            let active = &media[medium.0 as usize];
+            let constant = match active {
+                Medium::Homogeneous(medium) => Some(medium.point.absorption + medium.point.scattering),
+                Medium::Grid(_) => None,
+            };
+            let segments = active.majorants(origin, direction, t_start, t_end);
+            let (t, next) = (t_start, f32::INFINITY);
+            let mut flight = Flight { medium, constant, segments, t, t_end: t_start, majorant: 0.0, next };
+            if flight.advance(stream.next_exponential()) {
+                flights.push(flight);
+            }
+        }
+        Self { flights, pending: None }
+    }
+
+    /// The next tentative collision, or `None` at the end of the stretch. Asking for another one means that the last was a null
+    /// collision.
+    #[inline(always)]
+    pub fn next(&mut self, stream: &mut Stream) -> Option<TentativeCollision> {
+        if let Some(last) = self.pending.take()
+            && !self.flights[last].proceed(stream.next_exponential())
+        {
+            self.flights.swap_remove(last);
+        }
+        let nearest = match self.flights.len() {
+            0 => return None,
+            1 => 0,
+            count => (1..count).fold(0, |a, b| if self.flights[b].next < self.flights[a].next { b } else { a }),
+        };
+        self.pending = Some(nearest);
+        let flight = &self.flights[nearest];
+        Some(TentativeCollision { t: flight.next, medium: flight.medium, majorant: flight.majorant })
+    }
+}
+
+/// Below this transmittance, Russian roulette decides whether ratio tracking goes on.
+const ROULETTE_BELOW: f32 = 0.05;
+/// The probability of going on then.
+const ROULETTE_SURVIVAL: f32 = 0.25;
+
+/// A transmittance estimate.
+#[derive(Clone, Copy, Debug)]
+pub struct Transmittance {
+    /// Unbiased estimate of e^-∫μ_t, per channel.
+    pub value: Rgb,
+    /// The probability with which delta tracking would have passed the same collisions, per channel: what MIS weighs against.
+    pub pass_probability: Rgb,
+}
+
+impl Transmittance {
+    /// Nothing in the way.
+    pub const CLEAR: Self = Self { value: Rgb::WHITE, pass_probability: Rgb::WHITE };
+
+    /// Ratio tracking (Novák et al. 2014): multiplies in μ_n / μ̄ at every tentative collision up to the tracker's end.
+    /// Adds the number of collisions to `steps`. Returns false once nothing is left.
+    #[inline]
+    pub fn track(
+        &mut self,
+        tracker: &mut Tracker<'_>,
+        media: &[Medium],
+        origin: Vec3,
+        direction: Vec3,
+        stream: &mut Stream,
+        steps: &mut u64,
+    ) -> bool {
+        while let Some(collision) = tracker.next(stream) {
+            *steps += 1;
+            let extinction = media[collision.medium.0 as usize].extinction(origin + direction * collision.t);
+            let ratio = extinction.map(|mu| (1.0 - mu / collision.majorant).max(0.0));
+            self.value *= ratio;
+            self.pass_probability *= ratio;
+            if self.value.is_black() {
+                return false;
+            }
+            if self.value.max_channel() < ROULETTE_BELOW {
+                if stream.next_f32() >= ROULETTE_SURVIVAL {
+                    self.value = Rgb::BLACK;
+                    return false;
+                }
+                self.value *= 1.0 / ROULETTE_SURVIVAL;
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests;

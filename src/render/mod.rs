@@ -1,0 +1,268 @@
+//! The loop: iterations over the image until it is good enough, out of time, or told to stop.
+//!
+//! The image is rendered in passes over all pixels of 1, 1, 2, 4, 8 … samples. Within a pass each pixel belongs to one
+//! tile and each tile to one thread, and every random number is addressed by pixel and sample, so the result does not depend on the
+//! number of threads.
+
+pub mod build;
+pub mod memory;
+pub mod plan;
+pub mod progress;
+pub mod regions;
+pub mod settings;
+pub mod stats;
+pub mod timing;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use crate::film::{Film, FilmSettings, PixelSamples};
+use crate::geometry::Backend;
+use crate::geometry::camera::Camera;
+use crate::geometry::trace::TraceError;
+use crate::integrator::{Counters, PathSettings, Scratch, World, trace_path};
+use crate::math::sampler::{Dimension, SampleId, SamplePoint};
+use crate::scene::{Entity, SceneDescription, SceneError, SceneErrorKind, Sources, Warnings};
+use plan::Plan;
+use progress::Tracking;
+pub use progress::{Progress, ProgressState, Silent};
+pub use settings::{Budget, LightSelection, PngOutput, RenderSettings};
+pub use timing::Timings;
+
+/// Why a render ended without an image.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The input was at fault.
+    #[error(transparent)]
+    Scene(#[from] Box<SceneError>),
+    /// No acceleration structure.
+    #[error("cannot trace rays: {0}")]
+    Trace(#[from] TraceError),
+    /// An output file could not be written.
+    #[error("cannot write {path}: {reason}")]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// In words.
+        reason: String,
+    },
+    /// Two outputs, or an output and the scene, are one file.
+    #[error("{path} is asked for twice: outputs and scene must be different files")]
+    Overlap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// No thread pool.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// A scene made ready to render.
+pub struct Job {
+    /// What paths meet.
+    pub world: World,
+    /// Where they start.
+    pub camera: Camera,
+    /// The image.
+    pub film: FilmSettings,
+    /// Whether the image has layers besides the beauty.
+    pub aovs: bool,
+    /// The path's rules.
+    pub path: PathSettings,
+    /// What was built and left out.
+    pub plan: Plan,
+    /// Seconds so far.
+    pub timings: Timings,
+    /// Samples a pixel that the scene file asks for.
+    pub scene_spp: u32,
+    /// The seed that the scene file asks for.
+    pub scene_seed: u32,
+    /// The backend in use.
+    pub backend: Backend,
+}
+
+/// An image and how it came about.
+pub struct Outcome {
+    /// The pixels.
+    pub film: Film,
+    /// Samples a pixel of the last complete pass.
+    pub samples_per_pixel: u32,
+    /// What was done.
+    pub counters: Counters,
+    /// Whether it was stopped from outside.
+    pub interrupted: bool,
+}
+
+/// Reads a scene file. `sources` and `warnings` are filled also where it fails.
+pub fn load(
+    path: &Path,
+    sources: &mut Sources,
+    warnings: &mut Warnings,
+) -> Result<(SceneDescription, Timings), RenderError> {
+    let start = Instant::now();
+    let scene = crate::scene::load(path, sources, warnings)?;
+    Ok((scene, Timings { parse: start.elapsed().as_secs_f64(), ..Timings::default() }))
+}
+
+impl Job {
+    /// Builds everything that rendering `scene` takes. Must run inside the pool that will render.
+    pub fn prepare(
+        scene: &SceneDescription,
+        settings: &RenderSettings,
+        mut timings: Timings,
+        warnings: &mut Warnings,
+    ) -> Result<Self, RenderError> {
+        let film = FilmSettings::build(scene, &settings.film, warnings)?;
+        let space = crate::math::transform::RenderSpace { origin: scene.camera_position() };
+        let camera = Camera::build(scene, &film, &space, warnings)?;
+        memory::check_film(scene, &film)?;
+        let stated_depth = at_least(&scene.integrator, "maxdepth", 5, 0)?;
+        let max_depth = settings.max_depth.unwrap_or(stated_depth);
+        let scene_spp = at_least(&scene.sampler, "pixelsamples", 16, 1)?;
+        let scene_seed = scene.sampler.params.integer("seed", 0)? as u32;
+        warn_about_engine(scene, warnings);
+        let backend = settings.backend.unwrap_or(Backend::DEFAULT);
+        let world = build::build_world(scene, settings, backend, &mut timings, warnings)?;
+        // Again, now that everything else is in memory.
+        memory::check_film(scene, &film)?;
+        let plan = Plan::of(&world, &camera, Film::memory_for(&film, true));
+        let path = PathSettings { max_depth };
+        Ok(Self { world, camera, film, aovs: true, path, plan, timings, scene_spp, scene_seed, backend })
+    }
+
+    /// Renders until `budget` is used up or `interrupt` is set. The samples of an unfinished pass are kept: each pixel then has its
+    /// own count.
+    pub fn render(&mut self, seed: u32, budget: Budget, interrupt: &AtomicBool, progress: &dyn Progress) -> Outcome {
+        let start = Instant::now();
+        let mut film = Film::new(self.film.clone(), self.aovs);
+        let mut counters = Counters::default();
+        let limit = match budget {
+            Budget::Scene => self.scene_spp,
+            Budget::Samples(spp) => spp,
+            Budget::Time(_) | Budget::Error(_) => MAX_SAMPLES,
+        };
+        let tracking = Tracking::new(budget, limit, self.film.bounds.area() as u64, start, progress);
+        progress.start(tracking.total());
+        let mut done = 0;
+        while done < limit && !interrupt.load(Ordering::Relaxed) {
+            // 1, 1, 2, 4, 8 …: the image's sample count doubles.
+            let mut pass = done.max(1).min(limit - done);
+            if let (Budget::Time(budget), true) = (budget, done > 0) {
+                let spent = start.elapsed().as_secs_f64();
+                let affordable = (budget.as_secs_f64() - spent) / (spent / f64::from(done));
+                if affordable < 1.0 {
+                    break;
+                }
+                pass = pass.min(affordable as u32);
+            }
+            let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking };
+            counters += context.run(&mut film);
+            if interrupt.load(Ordering::Relaxed) {
+                break;
+            }
+            done += pass;
+            let error = film.error_estimate();
+            tracking.pass_ended(error);
+            if let (Budget::Error(target), Some(error)) = (budget, error)
+                && done >= MIN_SAMPLES_FOR_ERROR
+                && error <= target
+            {
+                break;
+            }
+        }
+        progress.finish();
+        self.timings.first_sample = tracking.first_tile();
+        self.timings.render = start.elapsed().as_secs_f64();
+        Outcome { film, samples_per_pixel: done, counters, interrupted: interrupt.load(Ordering::Relaxed) }
+    }
+}
+
+/// Samples a pixel at most, where time or error decide.
+const MAX_SAMPLES: u32 = 1 << 24;
+
+/// An error estimate from fewer samples a pixel than this is not trusted to stop a render.
+const MIN_SAMPLES_FOR_ERROR: u32 = 8;
+
+/// The integer parameter `name` of `entity`, which must not be below `least`.
+fn at_least(entity: &Entity, name: &str, default: i32, least: i32) -> Result<u32, Box<SceneError>> {
+    let value = entity.params.integer(name, default)?;
+    if value < least {
+        let span = entity.params.get(name).map_or(entity.span(), |param| param.span);
+        let message = format!("parameter \"{name}\" of {} is {value}, expected at least {least}", entity.params.owner);
+        return Err(SceneError::at(span, SceneErrorKind::Parameter(message)));
+    }
+    Ok(value as u32)
+}
+
+fn warn_about_engine(scene: &SceneDescription, warnings: &mut Warnings) {
+    let kind = scene.integrator.kind.as_str();
+    if !matches!(kind, "" | "volpath" | "path") {
+        let message = format!("integrator \"{kind}\" is not here; the volumetric path tracer renders instead");
+        warnings.add(Some(scene.integrator.span()), message);
+    }
+    // Named because pbrt files carry them; the light selector is chosen on the command line and sampling is always Sobol'.
+    for name in ["lightsampler", "regularize"] {
+        scene.integrator.params.get(name);
+    }
+    for name in ["randomization", "xsamples", "ysamples", "jitter"] {
+        scene.sampler.params.get(name);
+    }
+    scene.options.warn_unused(warnings);
+    scene.integrator.params.warn_unused(warnings);
+    scene.sampler.params.warn_unused(warnings);
+}
+
+/// One pass over all pixels.
+struct Pass<'a> {
+    job: &'a Job,
+    seed: u32,
+    samples: std::ops::Range<u32>,
+    interrupt: &'a AtomicBool,
+    tracking: &'a Tracking<'a>,
+}
+
+impl Pass<'_> {
+    fn run(&self, film: &mut Film) -> Counters {
+        let media = self.job.world.has_media();
+        film.tiles_mut()
+            .par_iter_mut()
+            .map_init(Scratch::default, |scratch, tile| {
+                if self.interrupt.load(Ordering::Relaxed) {
+                    return Counters::default();
+                }
+                scratch.counters = Counters::default();
+                let bounds = tile.bounds();
+                for pixel in bounds.pixels() {
+                    let samples =
+                        if media { self.pixel::<true>(pixel, scratch) } else { self.pixel::<false>(pixel, scratch) };
+                    tile.merge(pixel, &samples);
+                }
+                self.tracking.tile_ended(bounds.area() as u64 * self.samples.len() as u64);
+                scratch.counters
+            })
+            .sum()
+    }
+
+    fn pixel<const MEDIA: bool>(&self, pixel: [u32; 2], scratch: &mut Scratch) -> PixelSamples {
+        let job = self.job;
+        let mut samples = PixelSamples::new(job.film.sensor);
+        let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
+        for sample in self.samples.clone() {
+            // A pass of a long render may take minutes a tile: stopping must not wait for it.
+            if self.interrupt.load(Ordering::Relaxed) {
+                break;
+            }
+            let random = SamplePoint::new(SampleId { seed: self.seed, pixel, sample });
+            let [jitter_x, jitter_y, lens_u, lens_v] = random.draw::<4>(0, Dimension::Camera);
+            let [u_time] = random.draw::<1>(0, Dimension::Time);
+            let position = corner + Vec2::splat(0.5) + job.film.filter.sample([jitter_x, jitter_y]);
+            let ray = job.camera.ray(position, [lens_u, lens_v], u_time);
+            samples.add(sample, &trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch));
+        }
+        samples
+    }
+}

@@ -1,0 +1,100 @@
+//! What a render was asked to do, checked: the command line's flags and whatever other front end there is end up here.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crate::film::FilmOverrides;
+use crate::geometry::Backend;
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Budget {
+    /// After the samples per pixel that the scene's sampler states.
+    #[default]
+    Scene,
+    /// After this many samples per pixel; at least 1.
+    Samples(u32),
+    /// After this much rendering time.
+    Time(Duration),
+    /// When [`crate::film::Film::error_estimate`] is at most this; above 0.
+    Error(f64),
+}
+
+/// How a light is chosen at a vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LightSelection {
+    /// Whatever suits the number of lights.
+    #[default]
+    Auto,
+    /// All alike.
+    Uniform,
+    /// By power.
+    Power,
+    /// By the unoccluded contribution of every light at the vertex: slow and the best there is without visibility.
+    Optimal,
+}
+
+/// Where a PNG goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PngOutput {
+    /// Beside the EXR file, with its name.
+    Beside,
+    /// To this file.
+    File(PathBuf),
+}
+
+/// Everything that a render can be told besides its scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RenderSettings {
+    /// The EXR file; `None` for what the scene says.
+    pub output: Option<PathBuf>,
+    /// The PNG file, if any.
+    pub png: Option<PngOutput>,
+    /// When to stop.
+    pub budget: Budget,
+    /// Seed of all random numbers; `None` for what the scene's sampler says.
+    pub seed: Option<u32>,
+    /// Number of threads; `None` for one per processor.
+    pub threads: Option<usize>,
+    /// How a light is chosen.
+    pub lights: LightSelection,
+    /// Which library traces rays; `None` for Embree where it is built in.
+    pub backend: Option<Backend>,
+    /// Bounces; `None` for what the scene says.
+    pub max_depth: Option<u32>,
+    /// Resolution and crop in place of the scene's.
+    pub film: FilmOverrides,
+    /// Where statistics go as JSON.
+    pub stats: Option<PathBuf>,
+    /// Whether doubtful input is an error rather than a warning.
+    pub strict: bool,
+    /// Whether only errors are printed.
+    pub quiet: bool,
+}
+
+impl RenderSettings {
+    /// The EXR file to write: the one asked for, else the one that the scene names (its ending made `.exr`), else the scene
+    /// file's name with `.exr`. The latter two are looked up from the current folder.
+    pub fn output_path(&self, scene: &Path, named: Option<&str>) -> PathBuf {
+        if let Some(path) = &self.output {
+            return path.clone();
+        }
+        let name = named.filter(|name| !name.is_empty()).map(PathBuf::from).unwrap_or_else(|| {
+            let mut name = PathBuf::from(scene.file_name().unwrap_or("image".as_ref()));
+            if name.extension().is_some_and(|e| e == "gz") {
+                name.set_extension("");
+            }
+            name
+        });
+        name.with_extension("exr")
+    }
+
+    /// The PNG file to write beside `output`, if one was asked for.
+    pub fn png_path(&self, output: &Path) -> Option<PathBuf> {
+        self.png.as_ref().map(|png| match png {
+            PngOutput::Beside => output.with_extension("png"),
+            PngOutput::File(path) => path.clone(),
+        })
+    }
+}

@@ -1,0 +1,7 @@
+//! Numbers about images: comparison of two, contents of one.
+
+pub mod compare;
+pub mod info;
+
+pub use compare::{CompareError, Comparison, compare, write_difference};
+pub use info::{ExrInfo, info_exr};

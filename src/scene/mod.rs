@@ -1,0 +1,15 @@
+//! What a scene file says: [`SceneDescription`], with the line each thing was said on and nothing derived.
+//! One format today: pbrt-v4's text (`pbrt/`), with the meshes it refers to (`ply.rs`).
+
+pub mod description;
+pub mod error;
+pub mod params;
+pub mod pbrt;
+pub mod ply;
+pub mod source;
+
+pub use description::*;
+pub use error::{SceneError, SceneErrorKind, Warning, Warnings};
+pub use params::{Param, ParamSet, ParamValue, TextureOr};
+pub use pbrt::load;
+pub use source::{FileId, Sources, Span};

@@ -1,0 +1,287 @@
+//! Parameter lists of pbrt's text format: `"type name" [values]`, typed getters, and a record of what was used.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::error::{SceneError, SceneErrorKind, Warnings};
+use super::source::Span;
+use crate::math::Rgb;
+use crate::math::spectrum::Spectrum;
+
+/// The values of one parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParamValue {
+    /// `float`.
+    Float(Vec<f32>),
+    /// `integer`.
+    Integer(Vec<i32>),
+    /// `bool`.
+    Bool(Vec<bool>),
+    /// `string`.
+    String(Vec<String>),
+    /// `point2`, `vector2`.
+    Vec2(Vec<[f32; 2]>),
+    /// `point3`, `point`, `vector3`, `vector`, `normal3`, `normal`.
+    Vec3(Vec<[f32; 3]>),
+    /// `rgb`, `spectrum`, `blackbody`.
+    Spectrum(Vec<Spectrum>),
+    /// `texture`: a texture's name.
+    Texture(String),
+}
+
+/// One parameter and where it was written.
+#[derive(Debug)]
+pub struct Param {
+    /// The name without its type.
+    pub name: String,
+    /// The type word as written.
+    pub type_name: String,
+    /// The values.
+    pub value: ParamValue,
+    /// The place of the quoted declaration.
+    pub span: Span,
+    used: AtomicBool,
+}
+
+impl Clone for Param {
+    fn clone(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            type_name: self.type_name.clone(),
+            value: self.value.clone(),
+            span: self.span,
+            used: AtomicBool::new(self.used.load(Ordering::Relaxed)),
+        }
+    }
+}
+
+impl Param {
+    /// A parameter that nobody has asked for yet.
+    pub fn new(name: impl Into<String>, type_name: impl Into<String>, value: ParamValue, span: Span) -> Self {
+        Self { name: name.into(), type_name: type_name.into(), value, span, used: AtomicBool::new(false) }
+    }
+
+    /// Records that somebody has asked for it.
+    pub fn mark_used(&self) {
+        self.used.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A constant or the name of a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TextureOr<T> {
+    /// The value itself.
+    Value(T),
+    /// A texture's name, and where it was named.
+    Texture(String, Span),
+}
+
+type Result<T> = std::result::Result<T, Box<SceneError>>;
+
+/// The parameters of one directive. Getters mark what they return as used; [`ParamSet::warn_unused`] names the rest.
+#[derive(Clone, Debug)]
+pub struct ParamSet {
+    /// The directive and its type as written, for messages: `Shape "sphere"`.
+    pub owner: String,
+    /// The place of the directive.
+    pub span: Span,
+    params: Vec<Arc<Param>>,
+}
+
+impl ParamSet {
+    /// A list of parameters of `owner`, which stands at `span`.
+    pub fn new(owner: impl Into<String>, span: Span, params: Vec<Param>) -> Self {
+        Self { owner: owner.into(), span, params: params.into_iter().map(Arc::new).collect() }
+    }
+
+    /// Adds those of `defaults` (of `Attribute`) that are not given; the values stay shared.
+    pub fn add_defaults(&mut self, defaults: &[Arc<Param>]) {
+        for default in defaults {
+            if !self.has(&default.name) {
+                self.params.push(default.clone());
+            }
+        }
+    }
+
+    /// All parameters in the order written.
+    pub fn iter(&self) -> impl Iterator<Item = &Param> {
+        self.params.iter().map(Arc::as_ref)
+    }
+
+    /// The parameter `name` of whatever type; marks it used.
+    pub fn get(&self, name: &str) -> Option<&Param> {
+        let param = self.params.iter().find(|p| p.name == name)?;
+        param.mark_used();
+        Some(param)
+    }
+
+    /// Whether `name` was given; does not mark it used.
+    pub fn has(&self, name: &str) -> bool {
+        self.params.iter().any(|p| p.name == name)
+    }
+
+    fn wrong_type<T>(&self, param: &Param, wanted: &str) -> Result<T> {
+        Err(SceneError::at(
+            param.span,
+            SceneErrorKind::Parameter(format!(
+                "parameter \"{}\" of {} has type {}, expected {wanted}",
+                param.name, self.owner, param.type_name
+            )),
+        ))
+    }
+
+    fn one<'a, T>(&self, param: &'a Param, values: &'a [T]) -> Result<&'a T> {
+        match values {
+            [value] => Ok(value),
+            _ => Err(SceneError::at(
+                param.span,
+                SceneErrorKind::Parameter(format!(
+                    "parameter \"{}\" of {} takes one value, found {}",
+                    param.name,
+                    self.owner,
+                    values.len()
+                )),
+            )),
+        }
+    }
+
+    /// One float (an integer serves too), or `default` where it is not given.
+    pub fn float(&self, name: &str, default: f32) -> Result<f32> {
+        Ok(self.float_opt(name)?.unwrap_or(default))
+    }
+
+    /// One float, if given. NaN and infinities are refused by the parser's number syntax.
+    pub fn float_opt(&self, name: &str) -> Result<Option<f32>> {
+        let Some(param) = self.get(name) else { return Ok(None) };
+        match &param.value {
+            ParamValue::Float(v) => Ok(Some(*self.one(param, v)?)),
+            ParamValue::Integer(v) => Ok(Some(*self.one(param, v)? as f32)),
+            _ => self.wrong_type(param, "float"),
+        }
+    }
+
+    /// One integer, or `default`.
+    pub fn integer(&self, name: &str, default: i32) -> Result<i32> {
+        let Some(param) = self.get(name) else { return Ok(default) };
+        match &param.value {
+            ParamValue::Integer(v) => Ok(*self.one(param, v)?),
+            _ => self.wrong_type(param, "integer"),
+        }
+    }
+
+    /// One bool, or `default`.
+    pub fn bool(&self, name: &str, default: bool) -> Result<bool> {
+        let Some(param) = self.get(name) else { return Ok(default) };
+        match &param.value {
+            ParamValue::Bool(v) => Ok(*self.one(param, v)?),
+            _ => self.wrong_type(param, "bool"),
+        }
+    }
+
+    /// One string, if given.
+    pub fn string(&self, name: &str) -> Result<Option<&str>> {
+        let Some(param) = self.get(name) else { return Ok(None) };
+        match &param.value {
+            ParamValue::String(v) => Ok(Some(self.one(param, v)?.as_str())),
+            _ => self.wrong_type(param, "string"),
+        }
+    }
+
+    /// A list of strings; empty where not given.
+    pub fn strings(&self, name: &str) -> Result<&[String]> {
+        let Some(param) = self.get(name) else { return Ok(&[]) };
+        match &param.value {
+            ParamValue::String(v) => Ok(v),
+            _ => self.wrong_type(param, "string"),
+        }
+    }
+
+    /// One three-vector (point, vector or normal), if given.
+    pub fn vec3(&self, name: &str) -> Result<Option<[f32; 3]>> {
+        let Some(param) = self.get(name) else { return Ok(None) };
+        match &param.value {
+            ParamValue::Vec3(v) => Ok(Some(*self.one(param, v)?)),
+            _ => self.wrong_type(param, "point3, vector3 or normal3"),
+        }
+    }
+
+    /// A list of three-vectors; empty where not given.
+    pub fn vec3s(&self, name: &str) -> Result<&[[f32; 3]]> {
+        let Some(param) = self.get(name) else { return Ok(&[]) };
+        match &param.value {
+            ParamValue::Vec3(v) => Ok(v),
+            _ => self.wrong_type(param, "point3, vector3 or normal3"),
+        }
+    }
+
+    /// A list of two-vectors; empty where not given.
+    pub fn vec2s(&self, name: &str) -> Result<&[[f32; 2]]> {
+        let Some(param) = self.get(name) else { return Ok(&[]) };
+        match &param.value {
+            ParamValue::Vec2(v) => Ok(v),
+            _ => self.wrong_type(param, "point2 or vector2"),
+        }
+    }
+
+    /// A list of floats; empty where not given.
+    pub fn floats(&self, name: &str) -> Result<&[f32]> {
+        let Some(param) = self.get(name) else { return Ok(&[]) };
+        match &param.value {
+            ParamValue::Float(v) => Ok(v),
+            _ => self.wrong_type(param, "float"),
+        }
+    }
+
+    /// A list of integers; empty where not given.
+    pub fn integers(&self, name: &str) -> Result<&[i32]> {
+        let Some(param) = self.get(name) else { return Ok(&[]) };
+        match &param.value {
+            ParamValue::Integer(v) => Ok(v),
+            _ => self.wrong_type(param, "integer"),
+        }
+    }
+
+    /// One spectrum, if given.
+    pub fn spectrum(&self, name: &str) -> Result<Option<&Spectrum>> {
+        let Some(param) = self.get(name) else { return Ok(None) };
+        match &param.value {
+            ParamValue::Spectrum(v) => Ok(Some(self.one(param, v)?)),
+            _ => self.wrong_type(param, "rgb, spectrum or blackbody"),
+        }
+    }
+
+    /// A list of spectra; empty where not given.
+    pub fn spectra(&self, name: &str) -> Result<&[Spectrum]> {
+        let Some(param) = self.get(name) else { return Ok(&[]) };
+        match &param.value {
+            ParamValue::Spectrum(v) => Ok(v),
+            _ => self.wrong_type(param, "rgb, spectrum or blackbody"),
+        }
+    }
+
+    /// A float or a texture of floats, if given.
+    pub fn float_texture(&self, name: &str) -> Result<Option<TextureOr<f32>>> {
+        let Some(param) = self.get(name) else { return Ok(None) };
+        match &param.value {
+            ParamValue::Texture(texture) => Ok(Some(TextureOr::Texture(texture.clone(), param.span))),
+            _ => Ok(self.float_opt(name)?.map(TextureOr::Value)),
+        }
+    }
+
+    /// A reflectance-like spectrum (or float) reduced to RGB, or a texture of them, if given.
+    pub fn albedo_texture(&self, name: &str) -> Result<Option<TextureOr<Rgb>>> {
+        let Some(param) = self.get(name) else { return Ok(None) };
+        match &param.value {
+            ParamValue::Texture(texture) => Ok(Some(TextureOr::Texture(texture.clone(), param.span))),
+            ParamValue::Float(v) => Ok(Some(TextureOr::Value(Rgb::splat(*self.one(param, v)?)))),
+            _ => Ok(self.spectrum(name)?.map(|s| TextureOr::Value(s.to_albedo()))),
+        }
+    }
+
+    /// Warns about every parameter that no getter was asked for, by name.
+    pub fn warn_unused(&self, warnings: &mut Warnings) {
+        for param in self.params.iter().filter(|p| !p.used.load(Ordering::Relaxed)) {
+            warnings.add(Some(param.span), format!("parameter \"{}\" of {} is not used", param.name, self.owner));
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Files into text: decompression by content, size limits, UTF-8 checked. One file's text is read once however often it
+//! is included.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+
+use crate::scene::{SceneError, SceneErrorKind};
+
+/// The most bytes that one file may hold, after decompression: 4 GiB.
+pub const LARGEST_FILE: u64 = 4 << 30;
+
+/// A compressed file may grow freely up to this size …
+const UNSUSPICIOUS: u64 = 64 << 20;
+
+/// … and beyond it by at most this factor. Scene text and meshes compress 3 to 20 fold, deflate's worst case is 1032.
+const LARGEST_RATIO: u64 = 200;
+
+type Result<T> = std::result::Result<T, Box<SceneError>>;
+
+/// The bytes of a file; gzip is recognised by its first two bytes and unpacked.
+///
+/// # Errors
+/// `File` where it cannot be read or unpacked, `Limit` where it is larger than [`LARGEST_FILE`] or looks made to
+/// explode.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    let failed = |e: std::io::Error| unreadable(path, e.to_string());
+    let mut file = File::open(path).map_err(failed)?;
+    let metadata = file.metadata().map_err(failed)?;
+    if metadata.is_dir() {
+        return Err(unreadable(path, "it is a folder".into()));
+    }
+    if metadata.len() > LARGEST_FILE {
+        return Err(too_large(path));
+    }
+    let mut raw = Vec::new();
+    file.by_ref().take(LARGEST_FILE + 1).read_to_end(&mut raw).map_err(failed)?;
+    if raw.len() as u64 > LARGEST_FILE {
+        return Err(too_large(path));
+    }
+    if !raw.starts_with(&[0x1f, 0x8b]) {
+        return Ok(raw);
+    }
+    let by_ratio = UNSUSPICIOUS.max((raw.len() as u64).saturating_mul(LARGEST_RATIO));
+    let allowed = by_ratio.min(LARGEST_FILE);
+    let mut bytes = Vec::new();
+    MultiGzDecoder::new(raw.as_slice())
+        .take(allowed + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|e| unreadable(path, format!("its gzip data is damaged or cut off ({e})")))?;
+    match bytes.len() as u64 {
+        size if size <= allowed => Ok(bytes),
+        _ if allowed == LARGEST_FILE => Err(too_large(path)),
+        _ => Err(SceneError::new(SceneErrorKind::Limit(format!(
+            "{} unpacks to more than {LARGEST_RATIO} times its size; refused as it looks made to fill the memory",
+            path.display()
+        )))
+        .help("if the file is meant to be so, unpack it with gunzip first")),
+    }
+}
+
+/// A file's text.
+///
+/// # Errors
+/// As [`read_bytes`]; `Ok(Err(..))` carries text that is not UTF-8 as (line, column, text with replacements), so that
+/// the caller can register the file before it reports the place.
+pub fn read_text(path: &Path) -> Result<std::result::Result<String, (u32, u32, String)>> {
+    Ok(String::from_utf8(read_bytes(path)?).map_err(|e| {
+        let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let line = valid.iter().filter(|&&b| b == b'\n').count() + 1;
+        let column = valid.iter().rev().take_while(|&&b| b != b'\n').count() + 1;
+        let text = String::from_utf8_lossy(e.as_bytes()).into_owned();
+        (u32::try_from(line).unwrap_or(u32::MAX), u32::try_from(column).unwrap_or(u32::MAX), text)
+    }))
+}
+
+/// The error for a file that cannot be read.
+pub fn unreadable(path: &Path, reason: String) -> Box<SceneError> {
+    SceneError::new(SceneErrorKind::File { path: path.to_owned(), reason })
+}
+
+fn too_large(path: &Path) -> Box<SceneError> {
+    SceneError::new(SceneErrorKind::Limit(format!("{} holds more than 4 GiB", path.display())))
+        .help("split it into several files and Include them, or move meshes into .ply files")
+}

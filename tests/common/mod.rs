@@ -1,0 +1,229 @@
+//! What whole-program tests share: scenes from text, rendered in-process, and the statistics to judge them by.
+//!
+//! Every statistical assertion names the probability with which it would fail although nothing is wrong. Seeds are fixed, so a test that
+//! passes keeps passing; the rate says how much faith a failure after a change deserves.
+
+#![allow(dead_code)] // each test binary uses its part
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use lanternfish::film::{Film, FilmOverrides};
+use lanternfish::geometry::Backend;
+use lanternfish::render::{Budget, Job, LightSelection, Outcome, RenderSettings, Silent, load};
+use lanternfish::scene::{Sources, Warnings};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// How to render a test's scene.
+#[derive(Clone)]
+pub struct Options {
+    pub spp: u32,
+    pub seed: u32,
+    pub backend: Backend,
+    pub lights: LightSelection,
+    pub threads: usize,
+    /// Resolution and crop in place of the scene's.
+    pub film: FilmOverrides,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            spp: 64,
+            seed: 1,
+            backend: Backend::DEFAULT,
+            lights: LightSelection::Auto,
+            threads: 2,
+            film: FilmOverrides::default(),
+        }
+    }
+}
+
+/// Renders a scene file.
+pub fn render_file(path: &Path, options: &Options) -> Result<(Outcome, Warnings), String> {
+    // A test harness cannot be its own reader of volumes.
+    #[cfg(feature = "openvdb")]
+    openvdb::set_reader(env!("CARGO_BIN_EXE_lanternfish"));
+    let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| e.to_string())?;
+    let outcome = pool.install(|| {
+        let (scene, timings) = load(path, &mut sources, &mut warnings)?;
+        let settings = RenderSettings {
+            backend: Some(options.backend),
+            lights: options.lights,
+            film: options.film,
+            ..RenderSettings::default()
+        };
+        let mut job = Job::prepare(&scene, &settings, timings, &mut warnings)?;
+        Ok(job.render(options.seed, Budget::Samples(options.spp), &AtomicBool::new(false), &Silent))
+    });
+    outcome.map(|outcome| (outcome, warnings)).map_err(|error: lanternfish::render::RenderError| error.to_string())
+}
+
+/// Renders a scene given as text; files that it names are looked up in the system's folder for temporary files.
+pub fn render_text(text: &str, options: &Options) -> Outcome {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("scene.pbrt");
+    std::fs::write(&path, text).expect("the scene can be written");
+    render_file(&path, options).expect("the scene renders").0
+}
+
+/// Mean over all pixels and its standard error (from the pixels' own variances), per channel.
+pub fn image_mean(film: &Film) -> ([f64; 3], [f64; 3]) {
+    let image = film.channels();
+    let count = image.channel("R").map_or(1, <[f32]>::len) as f64;
+    let mean = ["R", "G", "B"]
+        .map(|name| image.channel(name).expect("the beauty").iter().map(|v| f64::from(*v)).sum::<f64>() / count);
+    let error = ["variance.R", "variance.G", "variance.B"].map(|name| {
+        let sum: f64 = image.channel(name).expect("the variance").iter().map(|v| f64::from(*v)).sum();
+        sum.sqrt() / count
+    });
+    (mean, error)
+}
+
+/// The number of standard errors that a two-sided test with this false-alarm rate allows.
+pub fn critical_z(false_alarm_rate: f64) -> f64 {
+    Normal::standard().inverse_cdf(1.0 - false_alarm_rate / 2.0)
+}
+
+/// Fails unless `mean` agrees with `expected` within the sampling error, at the false-alarm rate of 1e-6 for a call, plus
+/// `slack` (relative) for the rounding of f32 arithmetic.
+#[track_caller]
+pub fn assert_mean(what: &str, mean: f64, error: f64, expected: f64, slack: f64) {
+    let allowed = critical_z(1e-6) * error + slack * expected.abs();
+    assert!(
+        (mean - expected).abs() <= allowed,
+        "{what}: got {mean:.6} ± {error:.6}, expected {expected:.6} ({:+.2} standard errors)",
+        (mean - expected) / error.max(1e-30)
+    );
+}
+
+/// The project's shared data, where this machine has it.
+pub fn shared(path: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(path);
+    path.exists().then_some(path)
+}
+
+/// A scene around `world`: a camera of `size`² pixels that looks from `from` at `to`, with a box filter of one pixel, and the volumetric
+/// path tracer with `depth` bounces.
+pub struct Shot {
+    pub from: [f64; 3],
+    pub to: [f64; 3],
+    pub fov: f64,
+    pub size: u32,
+    pub depth: u32,
+    /// Directives before the camera, such as `MediumInterface`.
+    pub before: String,
+    /// More parameters of the camera.
+    pub camera: String,
+    /// More parameters of the film.
+    pub film: String,
+}
+
+impl Default for Shot {
+    fn default() -> Self {
+        Self {
+            from: [0.0, 0.0, -4.0],
+            to: [0.0, 0.0, 0.0],
+            fov: 30.0,
+            size: 8,
+            depth: 5,
+            before: String::new(),
+            camera: String::new(),
+            film: String::new(),
+        }
+    }
+}
+
+impl Shot {
+    /// The whole scene file.
+    pub fn text(&self, world: &str) -> String {
+        let Self { from, to, fov, size, depth, before, camera, film } = self;
+        let [fx, fy, fz] = from;
+        let [tx, ty, tz] = to;
+        // An up vector that is not parallel to the view.
+        let up = if (fx - tx).abs() < 1e-9 && (fz - tz).abs() < 1e-9 { "0 0 1" } else { "0 1 0" };
+        format!(
+            "LookAt {fx} {fy} {fz}  {tx} {ty} {tz}  {up}\n{before}\n\
+             Camera \"perspective\" \"float fov\" {fov} {camera}\n\
+             Film \"rgb\" \"integer xresolution\" {size} \"integer yresolution\" {size} {film}\n\
+             PixelFilter \"box\" \"float xradius\" 0.5 \"float yradius\" 0.5\n\
+             Sampler \"zsobol\"\n\
+             Integrator \"volpath\" \"integer maxdepth\" {depth}\nWorldBegin\n{world}\n"
+        )
+    }
+
+    /// Renders it.
+    pub fn render(&self, world: &str, options: &Options) -> Outcome {
+        render_text(&self.text(world), options)
+    }
+
+    /// Renders it with `spp` samples a pixel and gives the image's mean with its standard error.
+    #[track_caller]
+    pub fn mean(&self, world: &str, spp: u32) -> ([f64; 3], [f64; 3]) {
+        let outcome = self.render(world, &Options { spp, ..Options::default() });
+        assert_eq!(outcome.film.rejected().0, 0, "samples were NaN or infinite");
+        image_mean(&outcome.film)
+    }
+
+    /// Renders it and compares the image's mean with `expected` by [`assert_mean`], every channel; the standard error itself must
+    /// be below `precision` (relative to what is expected), so that the test can see an error of about five times that.
+    #[track_caller]
+    pub fn assert(&self, what: &str, world: &str, spp: u32, expected: [f64; 3], precision: f64) {
+        let (mean, error) = self.mean(world, spp);
+        for channel in 0..3 {
+            let (m, e, x) = (mean[channel], error[channel], expected[channel]);
+            println!("{what}[{channel}]: {m:.6} ± {e:.6}, expected {x:.6}");
+            assert!(e <= precision * x.abs(), "{what}: the error {e:.6} is too large to say much about {x:.6}");
+            assert_mean(what, m, e, x, SLACK);
+        }
+    }
+}
+
+/// Relative rounding error that the mean of an image in f32 may have.
+pub const SLACK: f64 = 2e-5;
+
+/// The integral of `f` from `a` to `b`, by Gauss's rule of five points on `n` pieces.
+pub fn integrate(a: f64, b: f64, n: usize, f: impl Fn(f64) -> f64) -> f64 {
+    const RULE: [(f64, f64); 5] = [
+        (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+        (0.0, 0.568_888_888_888_888_9),
+        (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    ];
+    let half = (b - a) / n as f64 / 2.0;
+    let pieces = (0..n).map(|i| {
+        let middle = a + (2 * i + 1) as f64 * half;
+        RULE.iter().map(|&(x, w)| w * f(middle + half * x)).sum::<f64>()
+    });
+    half * pieces.sum::<f64>()
+}
+
+/// The relative RMSE of two renders' beauty.
+pub fn difference(a: &Film, b: &Film) -> f64 {
+    let (a, b) = (a.beauty(), b.beauty());
+    let squares: f64 = a.pixels.iter().zip(&b.pixels).map(|(x, y)| f64::from(x - y).powi(2)).sum();
+    let norm: f64 = a.pixels.iter().map(|x| f64::from(*x).powi(2)).sum();
+    (squares / norm).sqrt()
+}
+
+/// A closed box from −1 to 1, normals outwards.
+pub const CUBE: &str =
+    "Shape \"trianglemesh\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1]
+ \"integer indices\" [0 2 1 0 3 2  4 5 6 4 6 7  0 1 5 0 5 4  3 7 6 3 6 2  0 4 7 0 7 3  1 2 6 1 6 5]\n";
+
+/// `shape` as a boundary that light does not notice between two media.
+pub fn boundary(inside: &str, outside: &str, shape: &str) -> String {
+    format!("AttributeBegin MediumInterface \"{inside}\" \"{outside}\" Material \"interface\" {shape} AttributeEnd\n")
+}
+
+/// A medium of type `uniformgrid` over the box from −1 to 1 whose 4³ densities are a shuffle of 0 to 1.
+pub fn shuffled_grid(name: &str, parameters: &str) -> String {
+    let values: Vec<String> = (0..64).map(|i| format!("{:.3}", f64::from(i * 37 % 64) / 63.0)).collect();
+    format!(
+        "MakeNamedMedium \"{name}\" \"string type\" \"uniformgrid\" \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4
+         \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1] \"float density\" [{}] {parameters}\n",
+        values.join(" ")
+    )
+}

@@ -1,0 +1,105 @@
+//! One seed, one image: bit for bit, at any number of threads, whole or in parts.
+
+mod common;
+
+use std::path::Path;
+
+use common::{CUBE, Options, Shot, boundary, shuffled_grid};
+use lanternfish::film::{ChannelImage, FilmOverrides};
+
+/// Everything whose randomness could depend on the order of work: media, opacity, motion, textures, many lights.
+fn scene(texture: &Path) -> String {
+    let texture = texture.display();
+    let grid = shuffled_grid(
+        "g",
+        "\"rgb sigma_a\" [0.1 0.2 0.4] \"rgb sigma_s\" [2 1.5 1] \"float g\" 0.4 \"rgb Le\" [0.1 0.1 0.1]",
+    );
+    format!(
+        "LightSource \"point\" \"rgb I\" [6 3 2] \"point3 from\" [-1 2 -2]
+         LightSource \"infinite\" \"rgb L\" [0.2 0.2 0.3]
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [8 6 4] Translate 1 1.6 0 Shape \"sphere\" \"float radius\" 0.2 AttributeEnd
+         Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{texture}\"
+         Texture \"holes\" \"float\" \"imagemap\" \"string filename\" \"{texture}\"
+         AttributeBegin Translate 0 -1 0 Rotate 90 1 0 0 Material \"diffuse\" \"texture reflectance\" \"t\"
+         Shape \"trianglemesh\" \"point3 P\" [-3 -3 0 3 -3 0 3 3 0 -3 3 0] \"point2 uv\" [0 0 4 0 4 4 0 4] \"integer indices\" [0 1 2 0 2 3] AttributeEnd
+         AttributeBegin Translate 0 0 -1.5 Material \"diffuse\" Shape \"trianglemesh\" \"point3 P\" [-1 -1 0 0 -1 0 0 1 0 -1 1 0]
+         \"point2 uv\" [0 0 1 0 1 1 0 1] \"integer indices\" [0 1 2 0 2 3] \"texture alpha\" \"holes\" AttributeEnd
+         AttributeBegin ActiveTransform EndTime Translate 0.4 0.3 0 Rotate 40 0 1 0 ActiveTransform All
+         Material \"conductor\" \"float roughness\" 0.2 Shape \"sphere\" \"float radius\" 0.5 AttributeEnd
+         AttributeBegin Material \"coateddiffuse\" Translate 1 -0.5 0 Shape \"sphere\" \"float radius\" 0.4 AttributeEnd
+         {grid}ObjectBegin \"o\" {} ObjectEnd
+         ObjectInstance \"o\"
+         AttributeBegin Translate 0.5 0.5 0 Scale 0.5 0.5 0.5 ObjectInstance \"o\" AttributeEnd\n",
+        boundary("g", "", CUBE)
+    )
+}
+
+/// A picture with a few levels of grey and colour.
+fn picture(folder: &Path) -> std::path::PathBuf {
+    let path = folder.join("picture.png");
+    let image =
+        image::RgbImage::from_fn(16, 16, |x, y| image::Rgb([(x * 16) as u8, (y * 16) as u8, ((x ^ y) * 16) as u8]));
+    image.save(&path).expect("the picture can be written");
+    path
+}
+
+fn render(options: &Options) -> ChannelImage {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let world = scene(&picture(folder.path()));
+    // Three tiles by three, the last ones cut.
+    let shot = Shot { from: [0.0, 0.6, -4.5], to: [0.0, 0.1, 0.0], fov: 45.0, size: 40, depth: 4, ..Shot::default() };
+    let outcome = shot.render(&world, options);
+    assert_eq!(outcome.film.rejected().0, 0);
+    outcome.film.channels()
+}
+
+/// Compares bit by bit; says where the first difference is.
+#[track_caller]
+fn same_bits(what: &str, a: &ChannelImage, b: &ChannelImage) {
+    assert_eq!(a.bounds, b.bounds);
+    assert_eq!(a.channels.len(), b.channels.len());
+    for ((name, a), (_, b)) in a.channels.iter().zip(&b.channels) {
+        let differs = a.iter().zip(b).position(|(x, y)| x.to_bits() != y.to_bits());
+        assert_eq!(differs, None, "{what}: channel {name} differs");
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let one = render(&Options { spp: 8, threads: 1, ..Options::default() });
+    for threads in [2, 3] {
+        same_bits(&format!("{threads} threads"), &one, &render(&Options { spp: 8, threads, ..Options::default() }));
+    }
+    let native = Options { spp: 4, backend: lanternfish::geometry::Backend::Native, ..Options::default() };
+    same_bits("native", &render(&Options { threads: 1, ..native.clone() }), &render(&Options { threads: 3, ..native }));
+}
+
+#[test]
+fn seeds_make_different_images() {
+    let (a, b) =
+        (render(&Options { spp: 2, ..Options::default() }), render(&Options { spp: 2, seed: 2, ..Options::default() }));
+    // Pixels that see nothing but the sky have no variance, and rightly the same value.
+    let noisy = a.channel("variance.R").expect("the variance");
+    let (a, b) = (a.channel("R").expect("the beauty"), b.channel("R").expect("the beauty"));
+    let (mut same, mut count) = (0, 0);
+    for ((x, y), _) in a.iter().zip(b).zip(noisy).filter(|(_, v)| **v > 0.0) {
+        same += usize::from(x == y);
+        count += 1;
+    }
+    assert!(count > 500 && same < count / 100, "{same} of {count} pixels are the same");
+}
+
+#[test]
+fn crops_are_cut_from_the_same_image() {
+    let whole = render(&Options { spp: 8, ..Options::default() });
+    // Not along the borders of tiles.
+    let film = FilmOverrides { crop: Some([0.25, 0.7, 0.175, 0.9]), ..FilmOverrides::default() };
+    let part = render(&Options { spp: 8, film, ..Options::default() });
+    assert!(part.bounds.area() < whole.bounds.area() / 2);
+    for ((name, a), (_, b)) in whole.channels.iter().zip(&part.channels) {
+        for pixel in part.bounds.pixels() {
+            let (x, y) = (a[whole.bounds.index(pixel)], b[part.bounds.index(pixel)]);
+            assert_eq!(x.to_bits(), y.to_bits(), "{name} at {pixel:?}: {x} and {y}");
+        }
+    }
+}
