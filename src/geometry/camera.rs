@@ -141,20 +141,18 @@ impl CameraMotion {
     fn build(scene: &SceneDescription, space: &RenderSpace) -> Result<Self, Box<SceneError>> {
         let key = |world_to_camera: &DMat4| {
             let to_render = space.from_world(&world_to_camera.inverse());
-            let determinant = to_render.matrix3.determinant();
-            if to_render.is_finite() && determinant.is_normal() {
-                return Ok(to_render);
-            }
-            let message = "the camera's transform cannot be inverted".to_owned();
-            Err(SceneError::at(scene.camera.span(), SceneErrorKind::Parameter(message))
-                .help("a Scale by 0 or a LookAt along its up vector does this"))
+            Decomposed::new(&to_render).map(|decomposed| (to_render, decomposed)).ok_or_else(|| {
+                let message = "the camera's transform cannot be inverted".to_owned();
+                SceneError::at(scene.camera.span(), SceneErrorKind::Parameter(message))
+                    .help("a Scale by 0 or a LookAt along its up vector does this")
+            })
         };
-        let start = key(&scene.camera_transform.start)?;
+        let (fixed, start) = key(&scene.camera_transform.start)?;
         if !scene.camera_transform.is_animated() {
-            return Ok(Self::Fixed(to_f32(&start)));
+            return Ok(Self::Fixed(to_f32(&fixed)));
         }
-        let end = key(&scene.camera_transform.end)?;
-        Ok(Self::Moving(Box::new((Decomposed::new(&start), Decomposed::new(&end)))))
+        let (_, end) = key(&scene.camera_transform.end)?;
+        Ok(Self::Moving(Box::new((start, end))))
     }
 }
 

@@ -10,10 +10,7 @@ impl Geometry {
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let mut all = empty;
-        let shape_box = |id: &ShapeId| {
-            let shape = &self.shapes[id.0 as usize];
-            (0..shape.primitive_count()).map(|primitive| shape.bounds(primitive)).fold(empty, union)
-        };
+        let shape_box = |id: &ShapeId| self.shape_bounds(*id).unwrap_or(empty);
         for shape in &self.top_level {
             all = union(all, shape_box(shape));
         }
@@ -34,6 +31,12 @@ impl Geometry {
             }
         }
         if all.0.cmpgt(all.1).any() { (Vec3::ZERO, Vec3::ZERO) } else { all }
+    }
+
+    /// The box of all primitives of a shape, in the shape's space; `None` for an empty mesh.
+    pub fn shape_bounds(&self, id: ShapeId) -> Option<(Vec3, Vec3)> {
+        let shape = &self.shapes[id.0 as usize];
+        (0..shape.primitive_count()).map(|primitive| shape.bounds(primitive)).reduce(union)
     }
 
     /// Bytes of the shapes' own data, without acceleration structures.
@@ -69,6 +72,7 @@ impl ShapeKind {
     }
 }
 
-fn union(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> (Vec3, Vec3) {
+/// The box around two.
+pub fn union(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> (Vec3, Vec3) {
     (a.0.min(b.0), a.1.max(b.1))
 }

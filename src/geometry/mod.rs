@@ -6,7 +6,7 @@ pub mod build;
 pub mod camera;
 pub mod curve;
 pub mod disk;
-mod extent;
+pub mod extent;
 #[cfg(test)]
 mod fixtures;
 mod local;

@@ -195,7 +195,10 @@ fn boxes_hold_their_primitives() {
 #[test]
 fn moving_instances_are_where_their_time_puts_them() {
     let key = |x: f64| {
-        Box::new(crate::math::transform::Decomposed::new(&glam::DAffine3::from_translation(DVec3::new(x, 0.0, 0.0))))
+        Box::new(
+            crate::math::transform::Decomposed::new(&glam::DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)))
+                .expect("invertible"),
+        )
     };
     let geometry = instanced(
         shape(ShapeKind::Sphere(sphere(1.0, Affine3A::from_quat(Quat::IDENTITY)))),

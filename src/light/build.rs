@@ -205,10 +205,7 @@ impl Builder<'_> {
             && to_render.matrix3.is_finite()
             && to_render.translation.is_finite())
         {
-            return Err(SceneError::at(
-                params.span,
-                SceneErrorKind::Parameter(format!("the transform of {} cannot be inverted", params.owner)),
-            ));
+            return Err(singular(params));
         }
         let point = |name: &str, default: DVec3| -> Result<DVec3> {
             Ok(params.vec3(name)?.map_or(default, |p| Vec3::from(p).as_dvec3()))
@@ -237,7 +234,7 @@ impl Builder<'_> {
                 self.lights.add_distant(DistantLight { wi, irradiance });
             }
             "infinite" => {
-                let decomposed = Decomposed::new(&to_render);
+                let decomposed = Decomposed::new(&to_render).ok_or_else(|| singular(params))?;
                 let sign = to_render.matrix3.determinant().signum();
                 let orthogonal = glam::DMat3::from_quat(decomposed.rotation) * sign;
                 self.infinite(params, orthogonal.as_mat3())?;
@@ -394,6 +391,13 @@ impl Placement {
 /// `power` relative to what unit emission gives, or 1.
 fn power_scale(params: &ParamSet, unit: f32) -> Result<f32> {
     Ok(params.float_opt("power")?.filter(|&power| power > 0.0).map_or(1.0, |power| power / unit))
+}
+
+fn singular(params: &ParamSet) -> Box<SceneError> {
+    SceneError::at(
+        params.span,
+        SceneErrorKind::Parameter(format!("the transform of {} cannot be inverted", params.owner)),
+    )
 }
 
 fn direction(params: &ParamSet, vector: DVec3) -> Result<Vec3> {

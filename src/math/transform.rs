@@ -45,9 +45,12 @@ pub struct Decomposed {
 }
 
 impl Decomposed {
-    /// Decomposes an invertible affine transform.
-    pub fn new(affine: &DAffine3) -> Self {
+    /// Decomposes an affine transform; `None` where it cannot be inverted or is not finite.
+    pub fn new(affine: &DAffine3) -> Option<Self> {
         let m = affine.matrix3;
+        if !affine.is_finite() || !m.determinant().is_normal() || !m.inverse().is_finite() {
+            return None;
+        }
         // Higham's iteration R ← (R + R^-T)/2 converges quadratically to the orthogonal factor.
         let mut r = m;
         for _ in 0..100 {
@@ -61,7 +64,8 @@ impl Decomposed {
         if r.determinant() < 0.0 {
             r = -r;
         }
-        Self { translation: affine.translation, rotation: DQuat::from_mat3(&r).normalize(), stretch: r.transpose() * m }
+        let rotation = DQuat::from_mat3(&r).normalize();
+        Some(Self { translation: affine.translation, rotation, stretch: r.transpose() * m })
     }
 
     /// T, R (spherically) and S interpolated at `time` in 0..=1 (pbrt-v4, section 3.11).

@@ -32,7 +32,7 @@ pub struct ShapeBindings {
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 
 /// Coordinates beyond this overflow areas in f32.
-const MAX_COORDINATE: f32 = 1e18;
+pub const MAX_COORDINATE: f32 = 1e18;
 
 /// Builds the shapes that a directive states: usually one; none for kinds not known (with a warning that names them) and for
 /// empty meshes; two for a PLY file with triangles and quads.

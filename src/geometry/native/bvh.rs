@@ -14,6 +14,7 @@ use obvhs::cwbvh::node::{CwBvhNode, extract_byte64};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
+use super::super::build::MAX_COORDINATE;
 use super::super::trace::TraceError;
 
 /// Groups of siblings that may wait during a walk. A node of eight children pushes at most one, so this is the depth.
@@ -21,9 +22,6 @@ const STACK: usize = 64;
 
 /// The crate numbers 7 decisions for each of 2n nodes in 32 bits.
 const MAX_ITEMS: usize = 300_000_000;
-
-/// Coordinates beyond this would overflow areas in f32.
-const MAX_COORDINATE: f32 = 1e18;
 
 /// Levels of the binary tree on the way: more could overflow the stack of a recursion. A sane one has some dozens.
 const MAX_BINARY_DEPTH: usize = 2000;

@@ -54,11 +54,14 @@ fn brute_force(geometry: &Geometry, ray: &Ray, opacity: Option<&dyn Opacity>) ->
 
 fn moving(random: &mut Random, spread: f32) -> MotionTransform {
     let mut key = || {
-        Box::new(Decomposed::new(&DAffine3::from_scale_rotation_translation(
-            DVec3::new(0.5, 1.0, 2.0) * f64::from(0.5 + random.unit()),
-            DQuat::from_scaled_axis(random.vector(2.5).as_dvec3()),
-            random.vector(spread).as_dvec3(),
-        )))
+        Box::new(
+            Decomposed::new(&DAffine3::from_scale_rotation_translation(
+                DVec3::new(0.5, 1.0, 2.0) * f64::from(0.5 + random.unit()),
+                DQuat::from_scaled_axis(random.vector(2.5).as_dvec3()),
+                random.vector(spread).as_dvec3(),
+            ))
+            .expect("invertible"),
+        )
     };
     MotionTransform::Moving { start: key(), end: key() }
 }

@@ -319,11 +319,14 @@ fn a_moving_emitter_is_sampled_where_it_is() {
     geometry.top_level.clear();
     geometry.prototypes.push(Prototype { shapes: vec![ShapeId(0)] });
     let key = |z: f64, scale: f64| {
-        Box::new(Decomposed::new(&glam::DAffine3::from_scale_rotation_translation(
-            glam::DVec3::new(scale, 1.0, 1.0),
-            glam::DQuat::IDENTITY,
-            glam::DVec3::Z * z,
-        )))
+        Box::new(
+            Decomposed::new(&glam::DAffine3::from_scale_rotation_translation(
+                glam::DVec3::new(scale, 1.0, 1.0),
+                glam::DQuat::IDENTITY,
+                glam::DVec3::Z * z,
+            ))
+            .expect("invertible"),
+        )
     };
     let transform = MotionTransform::Moving { start: key(1.0, 1.0), end: key(3.0, 2.0) };
     geometry.instances.push(Instance { prototype: 0, transform });

@@ -49,11 +49,14 @@ fn everything() -> Arc<Geometry> {
     ];
     let key = |angle: f64, x: f64| {
         let turn = DQuat::from_rotation_y(angle) * DQuat::from_rotation_x(0.3);
-        Box::new(Decomposed::new(&DAffine3::from_scale_rotation_translation(
-            DVec3::new(0.7, 0.5, 0.6),
-            turn,
-            DVec3::new(x, 0.4, 0.0),
-        )))
+        Box::new(
+            Decomposed::new(&DAffine3::from_scale_rotation_translation(
+                DVec3::new(0.7, 0.5, 0.6),
+                turn,
+                DVec3::new(x, 0.4, 0.0),
+            ))
+            .expect("invertible"),
+        )
     };
     let still = Affine3A::from_scale_rotation_translation(
         Vec3::new(0.5, -0.6, 0.4),

@@ -7,7 +7,10 @@ use crate::geometry::embree::motion;
 use crate::math::transform::Decomposed;
 
 fn moving(start: DAffine3, end: DAffine3) -> MotionTransform {
-    MotionTransform::Moving { start: Box::new(Decomposed::new(&start)), end: Box::new(Decomposed::new(&end)) }
+    MotionTransform::Moving {
+        start: Box::new(Decomposed::new(&start).expect("invertible")),
+        end: Box::new(Decomposed::new(&end).expect("invertible")),
+    }
 }
 
 /// Rigid, uniformly scaled, stretched along skew axes, mirrored, and turned by nearly half a turn.

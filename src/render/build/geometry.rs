@@ -1,0 +1,194 @@
+//! Shapes, prototypes and instances in render space.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::path::PathBuf;
+
+use glam::{DAffine3, Vec3};
+
+use super::media::MediaBuilder;
+use crate::geometry::build::{MAX_COORDINATE, ShapeBindings, build_shape};
+use crate::geometry::extent::union;
+use crate::geometry::{Geometry, Instance, MotionTransform, Prototype, ShapeId};
+use crate::light::LightId;
+use crate::material::{MaterialId, Materials};
+use crate::math::transform::{Animated, Decomposed, RenderSpace};
+use crate::render::RenderError;
+use crate::scene::{SceneDescription, SceneError, SceneErrorKind, ShapeEntity, Span, TextureOr, Warnings};
+
+/// A part of an object definition with a motion of its own.
+struct ObjectPart {
+    prototype: u32,
+    /// Part to object.
+    transform: Animated,
+}
+
+/// Builds the geometry and gathers what it is bound to.
+pub(super) struct GeometryBuilder<'a> {
+    scene: &'a SceneDescription,
+    space: RenderSpace,
+    media: &'a MediaBuilder,
+    materials: &'a mut Materials,
+    strict: bool,
+    warnings: &'a mut Warnings,
+    /// What was built.
+    pub out: Geometry,
+    /// The box of each prototype, `None` for empty ones.
+    boxes: Vec<Option<(Vec3, Vec3)>>,
+    /// Emitting shapes with their area light; the place is the light's number.
+    pub emitters: Vec<(ShapeId, u32)>,
+    /// Emitters that no ray can meet.
+    pub invisible: Vec<LightId>,
+}
+
+impl<'a> GeometryBuilder<'a> {
+    /// Has built nothing yet.
+    pub fn new(
+        scene: &'a SceneDescription,
+        space: RenderSpace,
+        media: &'a MediaBuilder,
+        materials: &'a mut Materials,
+        strict: bool,
+        warnings: &'a mut Warnings,
+    ) -> Self {
+        let (out, boxes, emitters, invisible) = Default::default();
+        Self { scene, space, media, materials, strict, warnings, out, boxes, emitters, invisible }
+    }
+
+    /// Builds all shapes and instances.
+    pub fn build(&mut self) -> Result<(), RenderError> {
+        let scene = self.scene;
+        for entity in &scene.shapes {
+            if entity.transform.is_animated() {
+                let shapes = self.shapes(entity, &DAffine3::IDENTITY, true)?;
+                let prototype = self.prototype(shapes);
+                self.place(prototype, &entity.transform, entity.entity.span())?;
+            } else {
+                let shapes = self.shapes(entity, &self.space.from_world(&entity.transform.start), true)?;
+                self.out.top_level.extend(shapes);
+            }
+        }
+        let mut parts = HashMap::new();
+        for instance in &scene.instances {
+            let key = (instance.object as usize, instance.transform.is_animated());
+            if let Entry::Vacant(vacant) = parts.entry(key) {
+                vacant.insert(self.object_parts(key.0, key.1)?);
+            }
+            for part in &parts[&key] {
+                self.place(part.prototype, &part.transform.after(&instance.transform), instance.span)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The prototypes of an object definition: one with all that does not move, and one for each shape that moves within the
+    /// object. Instances are one level deep, so a moving shape in a moving instance is flattened to one motion between the
+    /// composed keys.
+    ///
+    /// What does not move of an object whose instances do is kept in render space, as pbrt-v4 does: translation and rotation of a
+    /// moving instance are interpolated apart, and the point they turn about is render space's origin, the camera.
+    fn object_parts(&mut self, object: usize, in_motion: bool) -> Result<Vec<ObjectPart>, RenderError> {
+        let scene = self.scene;
+        let pivot = if in_motion { self.space.origin } else { glam::DVec3::ZERO };
+        let from_object = DAffine3::from_translation(-pivot);
+        let (mut parts, mut still) = (vec![], vec![]);
+        for entity in &scene.objects[object].shapes {
+            if entity.transform.is_animated() {
+                let shapes = self.shapes(entity, &DAffine3::IDENTITY, false)?;
+                parts.push(ObjectPart { prototype: self.prototype(shapes), transform: entity.transform });
+            } else {
+                let to_prototype = from_object * DAffine3::from_mat4(entity.transform.start);
+                still.extend(self.shapes(entity, &to_prototype, false)?);
+            }
+        }
+        if !still.is_empty() {
+            let transform = Animated::fixed(glam::DMat4::from_translation(pivot));
+            parts.push(ObjectPart { prototype: self.prototype(still), transform });
+        }
+        Ok(parts)
+    }
+
+    fn prototype(&mut self, shapes: Vec<ShapeId>) -> u32 {
+        self.boxes.push(shapes.iter().filter_map(|&id| self.out.shape_bounds(id)).reduce(union));
+        self.out.prototypes.push(Prototype { shapes });
+        self.out.prototypes.len() as u32 - 1
+    }
+
+    /// Adds an instance, unless there is nothing of it to see.
+    fn place(&mut self, prototype: u32, transform: &Animated, span: Span) -> Result<(), RenderError> {
+        let Some((low, high)) = self.boxes[prototype as usize] else { return Ok(()) };
+        let start = self.space.from_world(&transform.start);
+        let transform = if transform.is_animated() {
+            let end = self.space.from_world(&transform.end);
+            let (Some(start), Some(end)) = (Decomposed::new(&start), Decomposed::new(&end)) else {
+                let what = "a moving shape or instance is flattened to nothing at an end of its motion".to_owned();
+                let error = SceneError::at(span, SceneErrorKind::Parameter(what));
+                return Err(error
+                    .help("both transformations of a motion must be such that they can be inverted")
+                    .into());
+            };
+            MotionTransform::Moving { start: Box::new(start), end: Box::new(end) }
+        } else if start.matrix3.determinant() == 0.0 {
+            self.warnings.add(Some(span), "an instance is flattened to nothing: it is left out");
+            return Ok(());
+        } else {
+            MotionTransform::Fixed(as_f32(&start))
+        };
+        let (low, high) = transform.bounds(low, high);
+        if !(low.abs().max(high.abs()).max_element() <= MAX_COORDINATE) {
+            let what = format!("an instance reaches beyond {MAX_COORDINATE:e} units");
+            return Err(SceneError::at(span, SceneErrorKind::Parameter(what)).into());
+        }
+        self.out.instances.push(Instance { prototype, transform });
+        Ok(())
+    }
+
+    /// Adds the shapes that one directive stands for.
+    fn shapes(
+        &mut self,
+        entity: &ShapeEntity,
+        to_space: &DAffine3,
+        may_emit: bool,
+    ) -> Result<Vec<ShapeId>, RenderError> {
+        let material = MaterialId(entity.material.0);
+        let is_boundary = self.materials.is_interface(material);
+        let interface = entity.medium_interface.as_ref().and_then(|names| self.media.numbers.get(names)).copied();
+        if is_boundary && interface.is_none() {
+            return Ok(vec![]);
+        }
+        let area_light = entity.area_light.filter(|_| may_emit);
+        if is_boundary && area_light.is_some() {
+            let message = "an area light on a shape of material \"interface\" is ignored";
+            self.warnings.add(Some(entity.entity.span()), message);
+        }
+        // As in pbrt, an emitter with an alpha of 0 lights the scene but is not seen.
+        let is_invisible = entity.entity.params.float_texture("alpha")? == Some(TextureOr::Value(0.0));
+        let alpha = match entity.entity.params.float_texture("alpha")? {
+            Some(value) => self.materials.alpha(value, self.scene, self.strict, self.warnings)?,
+            None => None,
+        };
+        let bindings =
+            ShapeBindings { material: material.0, light: None, medium_interface: interface, alpha, is_boundary };
+        let scene = self.scene;
+        let resolve = |name: &str| -> PathBuf { scene.resolve(name) };
+        let shapes = build_shape(entity, to_space, &resolve, bindings, self.warnings)?;
+        let mut ids = vec![];
+        for mut shape in shapes {
+            let id = ShapeId(self.out.shapes.len() as u32);
+            if let Some(light) = area_light.filter(|_| !is_boundary) {
+                shape.light = Some(self.emitters.len() as u32);
+                if is_invisible {
+                    self.invisible.push(LightId(self.emitters.len() as u32));
+                }
+                self.emitters.push((id, light));
+            }
+            self.out.shapes.push(shape);
+            ids.push(id);
+        }
+        Ok(ids)
+    }
+}
+
+fn as_f32(affine: &DAffine3) -> glam::Affine3A {
+    glam::Affine3A { matrix3: affine.matrix3.as_mat3().into(), translation: affine.translation.as_vec3a() }
+}

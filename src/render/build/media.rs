@@ -1,0 +1,79 @@
+//! The media that the scene uses, and the interfaces between them.
+
+use std::collections::HashMap;
+
+use crate::material::{MaterialId, Materials};
+use crate::math::transform::RenderSpace;
+use crate::medium::build::build_medium;
+use crate::medium::regions::Interface;
+use crate::medium::{Medium, MediumId};
+use crate::render::RenderError;
+use crate::scene::{MediumInterface, SceneDescription, SceneError, SceneErrorKind, Warnings};
+
+/// The media that the scene uses, and the interfaces between them.
+pub(super) struct MediaBuilder {
+    pub media: Vec<Medium>,
+    /// How many of them were read from OpenVDB files.
+    pub volume_files: usize,
+    pub interfaces: Vec<Interface>,
+    /// The place in `interfaces` of what shapes name.
+    pub numbers: HashMap<MediumInterface, u32>,
+    /// The medium that the file says surrounds the camera.
+    pub camera: Option<MediumId>,
+}
+
+impl MediaBuilder {
+    pub fn build(
+        scene: &SceneDescription,
+        materials: &Materials,
+        space: &RenderSpace,
+        strict: bool,
+        warnings: &mut Warnings,
+    ) -> Result<Self, RenderError> {
+        let mut built =
+            Self { media: vec![], volume_files: 0, interfaces: vec![], numbers: HashMap::new(), camera: None };
+        let mut ids: HashMap<&str, MediumId> = HashMap::new();
+        let shapes = scene.shapes.iter().chain(scene.objects.iter().flat_map(|object| &object.shapes));
+        // An opaque surface's media are never seen from within: only boundaries and surfaces that transmit count.
+        let used: Vec<&MediumInterface> = shapes
+            .filter(|shape| materials.is_transmissive(MaterialId(shape.material.0)))
+            .filter_map(|shape| shape.medium_interface.as_ref())
+            .collect();
+        let mut load = |name: &str, media: &mut Vec<Medium>, warnings: &mut Warnings| -> Result<_, RenderError> {
+            if name.is_empty() {
+                return Ok(None);
+            }
+            let key = scene.media.iter().rev().find(|medium| medium.name == name);
+            let entity = key
+                .ok_or_else(|| SceneError::new(SceneErrorKind::Undefined(format!("no medium is named \"{name}\""))))?;
+            if let Some(id) = ids.get(entity.name.as_str()) {
+                return Ok(Some(*id));
+            }
+            let matrix = space.from_world(&entity.transform.start);
+            media.push(build_medium(entity, &matrix, scene, strict, warnings)?);
+            let id = MediumId(media.len() as u32 - 1);
+            ids.insert(&entity.name, id);
+            Ok(Some(id))
+        };
+        for interface in used {
+            if interface.inside == interface.outside || built.numbers.contains_key(interface) {
+                continue;
+            }
+            let inside = load(&interface.inside, &mut built.media, warnings)?;
+            let outside = load(&interface.outside, &mut built.media, warnings)?;
+            built.interfaces.push(Interface { inside, outside });
+            built.numbers.insert(interface.clone(), built.interfaces.len() as u32 - 1);
+        }
+        built.camera = load(&scene.camera_medium, &mut built.media, warnings)?;
+        for medium in &scene.media {
+            if ids.contains_key(medium.name.as_str()) && medium.entity.kind == "openvdb" {
+                built.volume_files += 1;
+            }
+            if !ids.contains_key(medium.name.as_str()) {
+                let message = format!("medium \"{}\" is not used and was not loaded", medium.name);
+                warnings.add(Some(medium.entity.span()), message);
+            }
+        }
+        Ok(built)
+    }
+}
