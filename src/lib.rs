@@ -18,3 +18,4 @@ pub mod medium;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod system;

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::ExitStatus;
 use super::arguments::CompareArguments;
+use super::render_command::refuse_overlap;
 use crate::report::{CompareError, compare, info_exr, write_difference};
 
 /// `lanternfish compare`: exit code 0 however much the images differ, 3 if they cannot be compared.
@@ -15,11 +16,14 @@ pub fn run_compare(arguments: &CompareArguments) -> ExitStatus {
         Ok(comparison) => comparison,
         Err(error) => return fail(&error, ExitStatus::BadInput),
     };
-    if let Some(png) = &arguments.png
-        && let Err(error) = write_difference(&arguments.a, &arguments.b, png)
-    {
-        let is_output = matches!(&error, CompareError::Image(e) if e.path == *png);
-        return fail(&error, if is_output { ExitStatus::Failed } else { ExitStatus::BadInput });
+    if let Some(png) = &arguments.png {
+        if let Err(error) = refuse_overlap(&[png], [&arguments.a, &arguments.b].into_iter().cloned()) {
+            return fail(&error, ExitStatus::Usage);
+        }
+        if let Err(error) = write_difference(&arguments.a, &arguments.b, png) {
+            let is_output = matches!(&error, CompareError::Output(_));
+            return fail(&error, if is_output { ExitStatus::Failed } else { ExitStatus::BadInput });
+        }
     }
     print_report(&comparison, arguments.json)
 }

@@ -4,6 +4,7 @@ pub mod arguments;
 pub mod diagnostics;
 pub mod images;
 pub mod info_command;
+pub mod interrupt;
 pub mod progress;
 pub mod render_command;
 pub mod scene_command;

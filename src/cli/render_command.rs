@@ -1,20 +1,21 @@
 //! `lanternfish render`: loads, renders, writes, and says what went wrong.
 
-use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::arguments::RenderArguments;
 use super::diagnostics::{print_error, print_message, print_warnings, warning_lines};
+use super::interrupt::Interrupts;
 use super::{ExitStatus, progress};
 use crate::film::exr::write_exr;
-use crate::film::image::{check_writable, write_atomically, write_png};
+use crate::film::image::write_png;
 use crate::geometry::trace::TraceError;
 use crate::integrator::Counters;
 use crate::render::stats::{Statistics, process_usage};
 use crate::render::{Job, Outcome, RenderError, RenderSettings, load};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
+use crate::system::output::{OutputError, check_writable, write_atomically};
 
 /// Runs the command; messages go to the standard error output.
 pub fn run(arguments: &RenderArguments) -> ExitStatus {
@@ -52,24 +53,29 @@ fn render(
 ) -> Result<ExitStatus, RenderError> {
     let threads = settings.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let interrupt = interrupt_flag();
+    let interrupts = Interrupts::listen();
 
     let (job, outcome, seed, output) = pool.install(|| {
-        let prepared = load(path, sources, warnings)
-            .and_then(|(scene, timings)| Job::prepare(&scene, settings, timings, warnings));
+        let prepared = load(path, sources, warnings).and_then(|(scene, timings)| {
+            let job = Job::prepare(&scene, settings, timings, warnings)?;
+            Ok((job, scene.named_files().collect::<Vec<_>>()))
+        });
         if !settings.quiet {
             print_warnings(warnings, sources);
         }
-        let mut job = prepared?;
+        let (mut job, named) = prepared?;
         let output = settings.output_path(path, job.film.filename.as_deref());
-        refuse_overlap(path, &output, settings)?;
-        for file in [Some(&output), settings.png_path(&output).as_ref(), settings.stats.as_ref()].into_iter().flatten()
-        {
-            check_writable(file).map_err(|error| output_error(file, &error.reason))?;
+        let png = settings.png_path(&output);
+        let outputs: Vec<&Path> =
+            [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()].into_iter().flatten().collect();
+        refuse_overlap(&outputs, sources.paths().map(Path::to_owned).chain(named))?;
+        for file in outputs {
+            check_writable(file)?;
         }
         let seed = settings.seed.unwrap_or(job.scene_seed);
         let listener = progress::listener(settings.quiet);
-        let outcome = job.render(seed, settings.budget, &interrupt, listener.as_ref());
+        interrupts.rendering_begins();
+        let outcome = job.render(seed, settings.budget, &interrupts.stop, listener.as_ref());
         Ok::<_, RenderError>((job, outcome, seed, output))
     })?;
     if outcome.interrupted && outcome.film.sample_count() == 0 {
@@ -119,23 +125,26 @@ fn seconds_so_far(seconds: &crate::render::Timings) -> String {
     value.to_string()
 }
 
-/// Refuses to write two things to one file, or over the scene.
-fn refuse_overlap(scene: &Path, output: &Path, settings: &RenderSettings) -> Result<(), RenderError> {
-    let png = settings.png_path(output);
-    let files = [Some(scene), Some(output), png.as_deref(), settings.stats.as_deref()];
-    // Files that are not there yet are told apart by their names.
-    let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => a == b,
+/// Refuses to write two things to one file, or over an input.
+pub fn refuse_overlap<'a>(outputs: &[&'a Path], mut inputs: impl Iterator<Item = PathBuf>) -> Result<(), RenderError> {
+    // Files that are not there yet are told apart by their folder and name.
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let beside = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
+        path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
     };
-    let files: Vec<&Path> = files.into_iter().flatten().collect();
-    for (i, file) in files.iter().enumerate() {
-        // Devices such as /dev/null may take anything.
-        if !file.starts_with("/dev") && files[..i].iter().any(|other| same(file, other)) {
-            return Err(RenderError::Overlap { path: file.to_path_buf() });
+    // Devices such as /dev/null may take anything.
+    let places: Vec<(&Path, PathBuf)> =
+        outputs.iter().filter(|path| !path.starts_with("/dev")).map(|&path| (path, place(path))).collect();
+    for (i, (path, at)) in places.iter().enumerate() {
+        if places[..i].iter().any(|(_, other)| other == at) {
+            return Err(RenderError::Overlap { path: path.to_path_buf() });
         }
     }
-    Ok(())
+    match inputs.find_map(|input| places.iter().find(|(_, at)| *at == place(&input)).map(|(path, _)| *path)) {
+        Some(path) => Err(RenderError::Overlap { path: path.to_path_buf() }),
+        None => Ok(()),
+    }
 }
 
 fn write_images(
@@ -161,21 +170,16 @@ fn write_images(
     if job.film.sensor.is_biased() {
         attribute("lanternfish.biased", "maxcomponentvalue cuts bright samples".to_owned());
     }
-    write_exr(output, &channels).map_err(|error| output_error(output, &error.reason))?;
+    write_exr(output, &channels)?;
     if let Some(png) = settings.png_path(output) {
-        write_png(&png, &outcome.film.beauty(), 0.0).map_err(|error| output_error(&png, &error.reason))?;
+        write_png(&png, &outcome.film.beauty(), 0.0)?;
     }
     Ok(())
 }
 
 fn write_json(path: &Path, statistics: &Statistics) -> Result<(), RenderError> {
-    let text = serde_json::to_string_pretty(statistics).map_err(|error| output_error(path, &error.to_string()))?;
-    write_atomically(path, |file| std::io::Write::write_all(file, text.as_bytes()).map_err(|error| error.to_string()))
-        .map_err(|error| output_error(path, &error.reason))
-}
-
-fn output_error(path: &Path, reason: &str) -> RenderError {
-    RenderError::Output { path: path.to_owned(), reason: reason.to_owned() }
+    let text = serde_json::to_string_pretty(statistics).map_err(|error| OutputError::new(path, error))?;
+    Ok(write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(|error| error.to_string()))?)
 }
 
 fn summarise(output: &Path, statistics: &Statistics, outcome: &Outcome) {
@@ -211,19 +215,6 @@ fn summarise(output: &Path, statistics: &Statistics, outcome: &Outcome) {
 pub fn command_line() -> String {
     let quote = |argument: String| if argument.contains(' ') { format!("'{argument}'") } else { argument };
     std::env::args_os().map(|argument| quote(argument.to_string_lossy().into_owned())).collect::<Vec<_>>().join(" ")
-}
-
-/// Set by the first Ctrl-C or termination request; a second one ends the process at once.
-fn interrupt_flag() -> Arc<AtomicBool> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let set = flag.clone();
-    // Where no handler can be installed (there is one already), the default one ends the process: nothing is half-written.
-    let _ = ctrlc::set_handler(move || {
-        if set.swap(true, Ordering::Relaxed) {
-            std::process::exit(ExitStatus::Interrupted as i32);
-        }
-    });
-    flag
 }
 
 /// An error for something that is not a scene file but should be readable.

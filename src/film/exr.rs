@@ -4,7 +4,6 @@
 //! carry the layer before a dot (`direct.R`, `variance.G`); the beauty is `R`, `G`, `B` without one. The data window is the
 //! crop, the display window the full image. Files appear whole or not at all.
 
-use std::fs::File;
 use std::io::{BufReader, BufWriter, Cursor, Read, Seek};
 use std::path::Path;
 
@@ -16,7 +15,10 @@ use exr::prelude::{
 };
 
 use super::PixelBounds;
-use super::image::{ImageError, MAX_PIXELS, write_atomically};
+use super::image::{ImageError, MAX_PIXELS};
+use crate::system::input::open_regular;
+use crate::system::memory::available;
+use crate::system::output::{OutputError, write_atomically};
 
 /// No more floats than this are held for one file: 8 GiB.
 const MAX_VALUES: usize = 1 << 31;
@@ -57,10 +59,10 @@ fn refuse(path: &Path, reason: impl Into<String>) -> ImageError {
 }
 
 /// Writes `image` as 32-bit floats with ZIP compression.
-pub fn write_exr(path: &Path, image: &ChannelImage) -> Result<(), ImageError> {
+pub fn write_exr(path: &Path, image: &ChannelImage) -> Result<(), OutputError> {
     let bounds = image.bounds;
     if bounds.area() == 0 || image.channels.is_empty() {
-        return Err(refuse(path, "an OpenEXR file needs at least one pixel and one channel"));
+        return Err(OutputError::new(path, "an OpenEXR file needs at least one pixel and one channel"));
     }
     let list = image
         .channels
@@ -108,7 +110,7 @@ fn untext(value: &Text) -> String {
 /// Reads all flat channels of an OpenEXR file as floats. Channels of the second and further parts get the part's name in
 /// front; parts with another data window than the first and subsampled channels are left out.
 pub fn read_exr_layers(path: &Path) -> Result<ChannelImage, ImageError> {
-    let file = File::open(path).map_err(|e| refuse(path, e.to_string()))?;
+    let (file, _) = open_regular(path).map_err(|e| refuse(path, e.to_string()))?;
     read_exr_from(path, BufReader::new(file))
 }
 
@@ -130,6 +132,11 @@ fn read_exr_from(path: &Path, mut source: impl Read + Seek + Send) -> Result<Cha
                 format!("{pixels} pixels in {} channels are too many", header.channels.list.len()),
             ));
         }
+    }
+    // Once as the library decodes them and once as floats.
+    let needed = values as u64 * 8;
+    if available().is_some_and(|left| needed > left) {
+        return Err(refuse(path, format!("its {values} values take more memory than is left")));
     }
     let image = read()
         .no_deep_data()

@@ -3,11 +3,14 @@
 //! Formats are told by content: PNG, JPEG, TGA and Radiance HDR through the crate `image`, OpenEXR through [`super::exr`],
 //! PFM by [`super::pfm`]. TGA has no signature, so what nothing else claims is tried as TGA if it is named so.
 
-use std::fs::File;
-use std::io::{Cursor, Read, Write};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
+
+use crate::system::input::read_regular;
+use crate::system::memory::available;
+use crate::system::output::{OutputError, write_atomically};
 
 /// No image may have more pixels than this.
 pub const MAX_PIXELS: usize = 1 << 28;
@@ -67,7 +70,17 @@ pub struct Image {
     pub pixels: Vec<f32>,
 }
 
-/// Why an image could not be read or written.
+impl Image {
+    /// Makes RGBA into RGB if it is opaque all over, as many exporters write (pbrt-v4 does so with its textures).
+    pub fn drop_opaque_alpha(&mut self) {
+        if self.channels == 4 && self.pixels.iter().skip(3).step_by(4).all(|&alpha| alpha == 1.0) {
+            self.pixels = self.pixels.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
+            self.channels = 3;
+        }
+    }
+}
+
+/// Why an image could not be read.
 #[derive(Debug, thiserror::Error)]
 #[error("image {path}: {reason}")]
 pub struct ImageError {
@@ -87,12 +100,7 @@ impl ImageError {
 /// Of an OpenEXR file it takes `R G B (A)`, or `Y`, or the only channel there is.
 pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, ImageError> {
     let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
-    let mut bytes = Vec::new();
-    let mut file = File::open(path).map_err(|e| fail(&e))?;
-    if file.metadata().map_err(|e| fail(&e))?.len() > MAX_BYTES {
-        return Err(fail(&"the file is too large"));
-    }
-    file.read_to_end(&mut bytes).map_err(|e| fail(&e))?;
+    let bytes = read_regular(path, MAX_BYTES).map_err(|e| fail(&e))?;
     read_image_bytes(path, bytes, encoding)
 }
 
@@ -154,7 +162,8 @@ fn decode(path: &Path, bytes: Vec<u8>) -> Result<(Image, bool), ImageError> {
         reader.set_format(ImageFormat::Tga);
     }
     let mut limits = Limits::default();
-    limits.max_alloc = Some(MAX_BYTES);
+    // Decoded once and turned into floats once.
+    limits.max_alloc = Some(available().map_or(MAX_BYTES, |left| MAX_BYTES.min(left / 2)));
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|e| fail(&e))?;
     let (width, height) = decoder.dimensions();
@@ -183,12 +192,12 @@ fn is_cut_short(jpeg: &[u8]) -> bool {
 
 /// Writes a PNG of 8 bits a channel, sRGB encoded: linear values are scaled by 2^`exposure`, clipped to 0..=1 (NaN becomes
 /// 0) and rounded. One channel becomes grey, three RGB, four RGBA (alpha is not scaled).
-pub fn write_png(path: &Path, image: &Image, exposure: f32) -> Result<(), ImageError> {
+pub fn write_png(path: &Path, image: &Image, exposure: f32) -> Result<(), OutputError> {
     let colour = match image.channels {
         1 => image::ExtendedColorType::L8,
         3 => image::ExtendedColorType::Rgb8,
         4 => image::ExtendedColorType::Rgba8,
-        n => return Err(ImageError::new(path, format!("a PNG has 1, 3 or 4 channels, not {n}"))),
+        n => return Err(OutputError::new(path, format!("a PNG has 1, 3 or 4 channels, not {n}"))),
     };
     let scale = exposure.exp2();
     let encode = |(i, &value): (usize, &f32)| {
@@ -206,39 +215,4 @@ pub fn write_png(path: &Path, image: &Image, exposure: f32) -> Result<(), ImageE
 /// The nearest of 0..=255 for a value in 0..=1; NaN gives 0.
 pub(crate) fn to_byte(value: f32) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
-}
-
-/// Creates `path` whole or not at all: `write` fills a temporary file in the same folder, which is then flushed to the disk
-/// and renamed.
-pub fn write_atomically(path: &Path, write: impl FnOnce(&mut File) -> Result<(), String>) -> Result<(), ImageError> {
-    let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::Builder::new().prefix(".lanternfish-").tempfile_in(folder).map_err(|e| fail(&e))?;
-    write(file.as_file_mut()).map_err(|e| fail(&e))?;
-    file.as_file_mut().flush().map_err(|e| fail(&e))?;
-    make_readable(file.as_file()).map_err(|e| fail(&e))?;
-    file.as_file().sync_all().map_err(|e| fail(&e))?;
-    file.persist(path).map_err(|e| fail(&e.error))?;
-    Ok(())
-}
-
-/// Whether [`write_atomically`] could write to `path` now: better known before hours of work than after.
-pub fn check_writable(path: &Path) -> Result<(), ImageError> {
-    let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
-    if path.is_dir() {
-        return Err(fail(&"it is a folder"));
-    }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    tempfile::Builder::new().prefix(".lanternfish-").tempfile_in(folder).map_err(|e| fail(&e)).map(drop)
-}
-
-/// Temporary files are private; finished pictures are not.
-fn make_readable(file: &File) -> std::io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
-    }
-    let _ = file;
-    Ok(())
 }

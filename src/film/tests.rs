@@ -487,15 +487,6 @@ fn absurd_sizes_are_refused_before_anything_is_allocated() {
 }
 
 #[test]
-fn a_failed_write_leaves_nothing_behind() {
-    let dir = folder();
-    let path = dir.path().join("x.bin");
-    assert!(image::write_atomically(&path, |_| Err("no".into())).is_err());
-    assert_eq!(std::fs::read_dir(dir.path()).expect("folder").count(), 0);
-    assert!(write_png(&dir.path().join("no/such/folder/a.png"), &gradient(3), 0.0).is_err());
-}
-
-#[test]
 fn moments_of_nothing_are_neutral() {
     let mut moments = Moments::default();
     moments.merge(&Moments::default());

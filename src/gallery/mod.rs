@@ -9,6 +9,8 @@ mod text;
 
 use std::path::{Path, PathBuf};
 
+use crate::system::output::OutputError;
+
 /// A scene that can be written.
 #[derive(Clone, Copy, Debug)]
 pub struct GalleryScene {
@@ -30,22 +32,11 @@ pub const SCENES: &[GalleryScene] = &[GalleryScene {
 #[derive(Debug, thiserror::Error)]
 pub enum GalleryError {
     /// A file or the folder cannot be written.
-    #[error("cannot write {path}: {reason}")]
-    Output {
-        /// The file or folder.
-        path: PathBuf,
-        /// In words.
-        reason: String,
-    },
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// The scene has volumes and this build cannot write them.
     #[error("this build cannot write .vdb files: build with the cargo feature \"openvdb\"")]
     NoVolumes,
-}
-
-impl GalleryError {
-    fn output(path: &Path, reason: impl std::fmt::Display) -> Self {
-        Self::Output { path: path.to_owned(), reason: reason.to_string() }
-    }
 }
 
 /// The scene called `name`.
@@ -60,7 +51,7 @@ impl GalleryScene {
     /// # Errors
     /// What cannot be written, and builds without OpenVDB for scenes that have volumes.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, GalleryError> {
-        std::fs::create_dir_all(folder).map_err(|error| GalleryError::output(folder, error))?;
+        std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error))?;
         (self.write)(folder)?;
         Ok(folder.join(self.name).with_extension("pbrt"))
     }

@@ -1,6 +1,7 @@
 //! Writing pbrt-v4 text: numbers without noise, attribute blocks, meshes; and the dice that scenes are strewn with.
 
 use std::fmt::{self, Write as _};
+use std::io::Write as _;
 use std::path::Path;
 
 use glam::Vec3;
@@ -9,6 +10,7 @@ use rand_pcg::Pcg32;
 
 use super::GalleryError;
 use super::mesh::Mesh;
+use crate::system::output::write_atomically;
 
 /// pbrt text that grows.
 #[derive(Default)]
@@ -73,7 +75,7 @@ impl SceneText {
 
     /// Writes the text to a file.
     pub fn write(&self, path: &Path) -> Result<(), GalleryError> {
-        std::fs::write(path, &self.0).map_err(|error| GalleryError::output(path, error))
+        write_atomically(path, |file| file.write_all(self.0.as_bytes()).map_err(|e| e.to_string())).map_err(Into::into)
     }
 }
 

@@ -2,6 +2,8 @@
 //!
 //! A type that is not known is named in a warning and stands for a 50 % grey `diffuse`.
 
+use std::collections::HashMap;
+
 use super::build_texture::{Loader, TextureBuilder};
 use super::texture::{FloatInput, RgbInput, Textures};
 use super::{Coat, Material, MaterialId, Materials, Metal, Roughness};
@@ -10,6 +12,9 @@ use crate::math::spectrum::Spectrum;
 use crate::scene::{
     MaterialEntity, ParamSet, ParamValue, SceneDescription, SceneError, SceneErrorKind, TextureOr, Warnings,
 };
+
+/// Named materials; of several with one name, the last.
+type Names<'a> = HashMap<&'a str, MaterialId>;
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 
@@ -24,8 +29,14 @@ impl Materials {
     /// image files that cannot be read.
     pub fn build(scene: &SceneDescription, strict: bool, warnings: &mut Warnings) -> Result<Self> {
         let mut textures = Textures::default();
-        let mut loader = Loader::default();
+        let mut loader = Loader::new(scene);
         let mut list = Vec::with_capacity(scene.materials.len());
+        let names: Names = scene
+            .materials
+            .iter()
+            .zip(0..)
+            .filter_map(|(m, place)| Some((m.name.as_deref()?, MaterialId(place))))
+            .collect();
         for entity in &scene.materials {
             let mut builder = TextureBuilder {
                 scene,
@@ -35,11 +46,11 @@ impl Materials {
                 loader: &mut loader,
                 open: Vec::new(),
             };
-            list.push(material(entity, &mut builder)?);
+            list.push(material(entity, &names, &mut builder)?);
             entity.entity.params.warn_unused(warnings);
         }
-        refuse_cycles(&list, scene)?;
-        Ok(Self { list, textures, alphas: Vec::new(), loader })
+        let transmissive = transmissive(&list, scene)?;
+        Ok(Self { list, transmissive, textures, alphas: Vec::new(), loader })
     }
 
     /// The number to store in [`crate::geometry::Shape::alpha`] for a shape's `alpha`; `None` where it is a constant of 1 or
@@ -69,7 +80,7 @@ impl Materials {
     }
 }
 
-fn material(entity: &MaterialEntity, builder: &mut TextureBuilder) -> Result<Material> {
+fn material(entity: &MaterialEntity, names: &Names, builder: &mut TextureBuilder) -> Result<Material> {
     let params = &entity.entity.params;
     // `MakeNamedMaterial` states its type as a parameter.
     let stated = params.string("type")?;
@@ -93,13 +104,13 @@ fn material(entity: &MaterialEntity, builder: &mut TextureBuilder) -> Result<Mat
             samples: positive(params, "nsamples", 1)?,
         }),
         "mix" => {
-            let names = params.strings("materials")?;
-            let [first, second] = names else {
+            let parts = params.strings("materials")?;
+            let [first, second] = parts else {
                 let span = params.get("materials").map_or(params.span, |p| p.span);
-                let message = format!("{} takes two \"materials\", found {}", params.owner, names.len());
+                let message = format!("{} takes two \"materials\", found {}", params.owner, parts.len());
                 return Err(SceneError::at(span, SceneErrorKind::Parameter(message)));
             };
-            let materials = [named(first, params, builder.scene)?, named(second, params, builder.scene)?];
+            let materials = [named(first, params, names)?, named(second, params, names)?];
             Material::Mix { materials, amount: builder.float(params.float_texture("amount")?, 0.5)? }
         }
         "interface" | "none" | "" => Material::Interface,
@@ -184,38 +195,39 @@ fn positive(params: &ParamSet, name: &str, default: i32) -> Result<u32> {
     Ok(value as u32)
 }
 
-fn named(name: &str, params: &ParamSet, scene: &SceneDescription) -> Result<MaterialId> {
-    match scene.materials.iter().rposition(|m| m.name.as_deref() == Some(name)) {
-        Some(place) => Ok(MaterialId(place as u32)),
-        None => {
-            let span = params.get("materials").map_or(params.span, |p| p.span);
-            let error = SceneErrorKind::Undefined(format!("there is no material named \"{name}\""));
-            Err(SceneError::at(span, error).help("\"materials\" takes names given by MakeNamedMaterial"))
-        }
-    }
+fn named(name: &str, params: &ParamSet, names: &Names) -> Result<MaterialId> {
+    names.get(name).copied().ok_or_else(|| {
+        let span = params.get("materials").map_or(params.span, |p| p.span);
+        let error = SceneErrorKind::Undefined(format!("there is no material named \"{name}\""));
+        SceneError::at(span, error).help("\"materials\" takes names given by MakeNamedMaterial")
+    })
 }
 
-/// Refuses mixes that contain themselves. Every mix is followed once: linear in their number.
-fn refuse_cycles(list: &[Material], scene: &SceneDescription) -> Result<()> {
+/// Which materials let light through. Refuses mixes that contain themselves. Every mix is followed once: linear in their number.
+fn transmissive(list: &[Material], scene: &SceneDescription) -> Result<Vec<bool>> {
     #[derive(Clone, Copy, PartialEq)]
     enum State {
         New,
         Open,
-        Done,
+        Done(bool),
     }
     let mut states = vec![State::New; list.len()];
     for start in 0..list.len() {
         // (material, its next child): an explicit stack, since a file may nest as deeply as it likes.
         let mut stack = vec![(start, 0)];
         while let Some((place, child)) = stack.pop() {
-            let Material::Mix { materials, .. } = &list[place] else { continue };
+            let Material::Mix { materials, .. } = &list[place] else {
+                states[place] = State::Done(matches!(list[place], Material::Interface | Material::Dielectric { .. }));
+                continue;
+            };
             if child == 0 {
                 match states[place] {
-                    State::Done => continue,
+                    State::Done(_) => continue,
                     State::Open => {
                         let params = &scene.materials[place].entity.params;
+                        let span = params.get("materials").map_or(params.span, |param| param.span);
                         let message = format!("{} contains itself", params.owner);
-                        return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)));
+                        return Err(SceneError::at(span, SceneErrorKind::Parameter(message)));
                     }
                     State::New => states[place] = State::Open,
                 }
@@ -225,9 +237,12 @@ fn refuse_cycles(list: &[Material], scene: &SceneDescription) -> Result<()> {
                     stack.push((place, child + 1));
                     stack.push((next.0 as usize, 0));
                 }
-                None => states[place] = State::Done,
+                None => {
+                    let parts = materials.map(|part| states[part.0 as usize] == State::Done(true));
+                    states[place] = State::Done(parts[0] || parts[1]);
+                }
             }
         }
     }
-    Ok(())
+    Ok(states.into_iter().map(|state| state == State::Done(true)).collect())
 }

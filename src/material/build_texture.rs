@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::Vec2;
 
 use super::image_texture::{Filter, ImageMap, Wrap};
-use super::texture::{FloatInput, FloatTexture, FloatTextureId, RgbInput, RgbTexture, RgbTextureId, Textures};
+use super::texture::{FloatInput, FloatTexture, RgbInput, RgbTexture, Textures};
 use crate::film::image::{Encoding, Image, read_image};
 use crate::math::Rgb;
 use crate::scene::{
@@ -23,9 +23,17 @@ type Result<T> = std::result::Result<T, Box<SceneError>>;
 /// What stands for a colour whose image is missing.
 const MAGENTA: Rgb = Rgb::new(1.0, 0.0, 1.0);
 
+/// Textures within textures beyond this are refused: a file may nest as deeply as it likes, the stack may not.
+const DEEPEST: usize = 64;
+
+/// Image look-ups that one look-up of a texture may come to: textures that name each other twice double it at every level.
+const MOST_LOOKUPS: u32 = 1024;
+
 /// What has been built and read so far.
 #[derive(Debug, Default)]
 pub struct Loader {
+    /// Places in the scene's list by name and kind (whether it yields spectra); of several with one name, the last.
+    places: HashMap<(String, bool), usize>,
     floats: HashMap<String, FloatInput>,
     rgbs: HashMap<String, RgbInput>,
     images: HashMap<(PathBuf, EncodingKey), Option<Arc<Image>>>,
@@ -52,6 +60,12 @@ impl From<Encoding> for EncodingKey {
 }
 
 impl Loader {
+    /// Has read nothing yet.
+    pub fn new(scene: &SceneDescription) -> Self {
+        let key = |(place, texture): (usize, &TextureEntity)| ((texture.name.clone(), texture.is_spectrum), place);
+        Self { places: scene.textures.iter().enumerate().map(key).collect(), ..Self::default() }
+    }
+
     /// The images in memory.
     pub fn images(&self) -> impl Iterator<Item = &Image> {
         self.images.values().flatten().map(|image| &**image)
@@ -101,11 +115,11 @@ impl<'a> TextureBuilder<'a> {
                 let b = self.float(params.float_texture("scale")?, 1.0)?;
                 match (a, b) {
                     (FloatInput::Constant(a), FloatInput::Constant(b)) => FloatInput::Constant(a * b),
-                    _ => self.add_float(FloatTexture::Scale(a, b)),
+                    _ => self.add_float(FloatTexture::Scale(a, b), span)?,
                 }
             }
             "imagemap" => match self.image_map(&texture.entity)? {
-                Some(map) => self.add_float(FloatTexture::Image(Arc::new(map))),
+                Some(map) => self.add_float(FloatTexture::Image(Arc::new(map)), span)?,
                 None => FloatInput::Constant(1.0),
             },
             kind => {
@@ -132,11 +146,11 @@ impl<'a> TextureBuilder<'a> {
                 let b = self.float(params.float_texture("scale")?, 1.0)?;
                 match (a, b) {
                     (RgbInput::Constant(a), FloatInput::Constant(b)) => RgbInput::Constant(a * b),
-                    _ => self.add_rgb(RgbTexture::Scale(a, b)),
+                    _ => self.add_rgb(RgbTexture::Scale(a, b), span)?,
                 }
             }
             "imagemap" => match self.image_map(&texture.entity)? {
-                Some(map) => self.add_rgb(RgbTexture::Image(Arc::new(map))),
+                Some(map) => self.add_rgb(RgbTexture::Image(Arc::new(map)), span)?,
                 None => RgbInput::Constant(MAGENTA),
             },
             kind => {
@@ -151,37 +165,48 @@ impl<'a> TextureBuilder<'a> {
         Ok(built)
     }
 
-    fn add_float(&mut self, texture: FloatTexture) -> FloatInput {
-        self.textures.floats.push(texture);
-        FloatInput::Texture(FloatTextureId(self.textures.floats.len() as u32 - 1))
+    fn add_float(&mut self, texture: FloatTexture, span: Span) -> Result<FloatInput> {
+        let lookups = match texture {
+            FloatTexture::Scale(a, b) => self.textures.float_lookups(a) + self.textures.float_lookups(b),
+            FloatTexture::Image(_) => 1,
+        };
+        check_lookups(lookups, span)?;
+        Ok(FloatInput::Texture(self.textures.add_float(texture, lookups)))
     }
 
-    fn add_rgb(&mut self, texture: RgbTexture) -> RgbInput {
-        self.textures.rgbs.push(texture);
-        RgbInput::Texture(RgbTextureId(self.textures.rgbs.len() as u32 - 1))
+    fn add_rgb(&mut self, texture: RgbTexture, span: Span) -> Result<RgbInput> {
+        let lookups = match texture {
+            RgbTexture::Scale(a, b) => self.textures.rgb_lookups(a) + self.textures.float_lookups(b),
+            RgbTexture::Image(_) => 1,
+        };
+        check_lookups(lookups, span)?;
+        Ok(RgbInput::Texture(self.textures.add_rgb(texture, lookups)))
     }
 
     /// Finds a texture by name (the last one declared so) and marks it as being built.
     fn begin(&mut self, name: &str, span: Span, is_spectrum: bool) -> Result<&'a TextureEntity> {
-        let kind = if is_spectrum { "spectrum" } else { "float" };
-        let scene = self.scene;
-        let Some(texture) = scene.textures.iter().rev().find(|t| t.name == name && t.is_spectrum == is_spectrum) else {
+        let key = (name.to_owned(), is_spectrum);
+        let Some(&place) = self.loader.places.get(&key) else {
+            let kind = if is_spectrum { "spectrum" } else { "float" };
             let error = SceneErrorKind::Undefined(format!("there is no {kind} texture \"{name}\""));
-            let other = scene.textures.iter().any(|t| t.name == name);
             let error = SceneError::at(span, error);
+            let other = self.loader.places.contains_key(&(name.to_owned(), !is_spectrum));
             return Err(if other {
                 error.help(format!("\"{name}\" is a texture, but not of type {kind}"))
             } else {
                 error
             });
         };
-        let key = (name.to_owned(), is_spectrum);
         if self.open.contains(&key) {
             let message = format!("texture \"{name}\" contains itself");
             return Err(SceneError::at(span, SceneErrorKind::Parameter(message)));
         }
+        if self.open.len() >= DEEPEST {
+            let message = format!("more than {DEEPEST} textures within each other");
+            return Err(SceneError::at(span, SceneErrorKind::Limit(message)));
+        }
         self.open.push(key);
-        Ok(texture)
+        Ok(&self.scene.textures[place])
     }
 
     fn end(&mut self, texture: &TextureEntity) {
@@ -207,6 +232,7 @@ impl<'a> TextureBuilder<'a> {
             Some("point") => Filter::Point,
             Some(other) => return Err(bad_word(params, "filter", other, "point, bilinear, trilinear or EWA")),
         };
+        // It steers how EWA filters, which is not done here.
         params.float("maxanisotropy", 8.0)?;
         if let Some(mapping) = params.string("mapping")?.filter(|&mapping| mapping != "uv") {
             let message = format!("texture mapping \"{mapping}\" is not supported: uv is used instead");
@@ -246,6 +272,7 @@ impl<'a> TextureBuilder<'a> {
                     }
                     self.warnings.add(Some(span), message);
                 }
+                image.drop_opaque_alpha();
                 Some(Arc::new(image))
             }
             Err(reason) if self.strict => {
@@ -260,6 +287,15 @@ impl<'a> TextureBuilder<'a> {
         self.loader.images.insert(key, image.clone());
         Ok(image)
     }
+}
+
+fn check_lookups(lookups: u32, span: Span) -> Result<()> {
+    if lookups <= MOST_LOOKUPS {
+        return Ok(());
+    }
+    let message =
+        format!("one look-up of this texture takes {lookups} look-ups of images, at most {MOST_LOOKUPS} are made");
+    Err(SceneError::at(span, SceneErrorKind::Limit(message)))
 }
 
 fn bad_word(params: &ParamSet, name: &str, found: &str, expected: &str) -> Box<SceneError> {

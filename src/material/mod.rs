@@ -51,6 +51,8 @@ pub struct TexturePoint {
 #[derive(Debug, Default)]
 pub struct Materials {
     list: Vec<Material>,
+    /// Whether light passes through each.
+    transmissive: Vec<bool>,
     textures: Textures,
     alphas: Vec<FloatInput>,
     loader: build_texture::Loader,
@@ -178,11 +180,7 @@ impl Materials {
 
     /// Whether light can pass through surfaces of `material`, so that the media behind them can be seen.
     pub fn is_transmissive(&self, material: MaterialId) -> bool {
-        match &self.list[material.0 as usize] {
-            Material::Interface | Material::Dielectric { .. } => true,
-            Material::Mix { materials, .. } => materials.iter().any(|&material| self.is_transmissive(material)),
-            Material::Diffuse { .. } | Material::Conductor { .. } | Material::CoatedDiffuse(_) => false,
-        }
+        self.transmissive[material.0 as usize]
     }
 
     /// How many materials there are.
@@ -214,8 +212,7 @@ impl Materials {
     pub fn memory(&self) -> usize {
         size_of_val(&*self.list)
             + size_of_val(&*self.alphas)
-            + size_of_val(&*self.textures.floats)
-            + size_of_val(&*self.textures.rgbs)
+            + self.textures.memory()
             + self.loader.images().map(|image| size_of_val(&*image.pixels)).sum::<usize>()
     }
 }

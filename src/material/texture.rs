@@ -56,10 +56,10 @@ pub enum RgbTexture {
 /// All textures in use.
 #[derive(Debug, Default)]
 pub struct Textures {
-    /// Of floats.
-    pub floats: Vec<FloatTexture>,
-    /// Of colours.
-    pub rgbs: Vec<RgbTexture>,
+    /// Of floats, with the image look-ups that one look-up takes.
+    floats: Vec<(FloatTexture, u32)>,
+    /// Of colours, likewise.
+    rgbs: Vec<(RgbTexture, u32)>,
 }
 
 impl FloatInput {
@@ -85,18 +85,51 @@ impl RgbInput {
 }
 
 impl Textures {
+    /// Adds a texture, a look-up of which comes to so many of images.
+    pub fn add_float(&mut self, texture: FloatTexture, lookups: u32) -> FloatTextureId {
+        self.floats.push((texture, lookups));
+        FloatTextureId(self.floats.len() as u32 - 1)
+    }
+
+    /// Adds a texture, a look-up of which comes to so many of images.
+    pub fn add_rgb(&mut self, texture: RgbTexture, lookups: u32) -> RgbTextureId {
+        self.rgbs.push((texture, lookups));
+        RgbTextureId(self.rgbs.len() as u32 - 1)
+    }
+
+    /// Image look-ups in one look-up of `input`.
+    pub fn float_lookups(&self, input: FloatInput) -> u32 {
+        match input {
+            FloatInput::Constant(_) => 0,
+            FloatInput::Texture(id) => self.floats[id.0 as usize].1,
+        }
+    }
+
+    /// Image look-ups in one look-up of `input`.
+    pub fn rgb_lookups(&self, input: RgbInput) -> u32 {
+        match input {
+            RgbInput::Constant(_) => 0,
+            RgbInput::Texture(id) => self.rgbs[id.0 as usize].1,
+        }
+    }
+
     fn float(&self, id: FloatTextureId, point: &TexturePoint) -> f32 {
-        match &self.floats[id.0 as usize] {
+        match &self.floats[id.0 as usize].0 {
             FloatTexture::Scale(texture, scale) => texture.evaluate(self, point) * scale.evaluate(self, point),
             FloatTexture::Image(map) => map.float(point.uv),
         }
     }
 
     fn rgb(&self, id: RgbTextureId, point: &TexturePoint) -> Rgb {
-        match &self.rgbs[id.0 as usize] {
+        match &self.rgbs[id.0 as usize].0 {
             RgbTexture::Scale(texture, scale) => texture.evaluate(self, point) * scale.evaluate(self, point),
             RgbTexture::Image(map) => map.rgb(point.uv),
         }
+    }
+
+    /// Bytes of the textures themselves, without images.
+    pub fn memory(&self) -> usize {
+        size_of_val(&*self.floats) + size_of_val(&*self.rgbs)
     }
 
     /// How many there are.

@@ -27,6 +27,7 @@ use crate::geometry::trace::TraceError;
 use crate::integrator::{Counters, PathSettings, Scratch, World, trace_path};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint};
 use crate::scene::{Entity, SceneDescription, SceneError, SceneErrorKind, Sources, Warnings};
+use crate::system::output::OutputError;
 use plan::Plan;
 use progress::Tracking;
 pub use progress::{Progress, ProgressState, Silent};
@@ -43,15 +44,12 @@ pub enum RenderError {
     #[error("cannot trace rays: {0}")]
     Trace(#[from] TraceError),
     /// An output file could not be written.
-    #[error("cannot write {path}: {reason}")]
-    Output {
-        /// The file.
-        path: PathBuf,
-        /// In words.
-        reason: String,
-    },
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// Two outputs, or an output and the scene, are one file.
-    #[error("{path} is asked for twice: outputs and scene must be different files")]
+    #[error(
+        "{path} is asked for twice: outputs must differ from each other and from the files that the scene is made of"
+    )]
     Overlap {
         /// The file.
         path: PathBuf,

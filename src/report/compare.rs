@@ -17,6 +17,7 @@ use crate::film::exr::read_exr_layers;
 use crate::film::image::{Image, ImageError, linear_to_srgb, to_byte, write_png};
 use crate::film::{ChannelImage, PixelBounds};
 use crate::math::Rgb;
+use crate::system::output::OutputError;
 
 /// Width and height of the blocks whose means are compared.
 pub const BLOCK: u32 = 8;
@@ -36,6 +37,9 @@ pub enum CompareError {
     /// One cannot be read.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// The picture cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// They do not show the same pixels.
     #[error("the images do not show the same pixels: A has {a}, B has {b}")]
     Shape {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::DMat4;
 
-use super::params::ParamSet;
+use super::params::{ParamSet, ParamValue};
 use super::source::Span;
 use crate::math::transform::Animated;
 
@@ -165,6 +165,23 @@ impl SceneDescription {
     /// The path of a file that a parameter names: absolute, or beside the scene file.
     pub fn resolve(&self, name: &str) -> PathBuf {
         self.base.join(name)
+    }
+
+    /// The files that parameters name (meshes, images, volumes), whether or not anything uses them.
+    pub fn named_files(&self) -> impl Iterator<Item = PathBuf> {
+        let shapes = self.shapes.iter().chain(self.objects.iter().flat_map(|object| &object.shapes));
+        let entities = shapes
+            .map(|shape| &shape.entity)
+            .chain(self.lights.iter().map(|light| &light.entity))
+            .chain(&self.area_lights)
+            .chain(self.textures.iter().map(|texture| &texture.entity))
+            .chain(self.media.iter().map(|medium| &medium.entity));
+        entities.flat_map(|entity| entity.params.iter()).filter(|param| param.name == "filename").filter_map(|param| {
+            match &param.value {
+                ParamValue::String(names) => names.first().map(|name| self.resolve(name)),
+                _ => None,
+            }
+        })
     }
 
     /// The position of the camera in world space at the interval's start.

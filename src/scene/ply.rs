@@ -10,7 +10,7 @@ use std::path::Path;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
 
-use super::pbrt::file::{read_bytes, unreadable};
+use super::pbrt::file::{Source, read_bytes, unreadable};
 use super::{SceneError, SceneErrorKind};
 
 /// A mesh as its file states it.
@@ -109,7 +109,7 @@ const LONGEST_LINE: usize = 1 << 20;
 /// `File` where the file cannot be read, is cut off or contradicts itself, `Unsupported` for faces of more than four
 /// corners, `Limit` for more vertices than 32 bits count. Errors have no span: the caller knows who named the file.
 pub fn read(path: &Path) -> Result<PlyMesh> {
-    parse(&read_bytes(path)?, path)
+    parse(&read_bytes(path, Source::Regular)?, path)
 }
 
 /// [`read`] from bytes; `path` is for messages.

@@ -38,6 +38,11 @@ impl Sources {
         &self.files[file.0 as usize].0
     }
 
+    /// The paths of all files.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().map(|(path, _)| path.as_path())
+    }
+
     /// The file's text.
     pub fn text(&self, file: FileId) -> &Arc<str> {
         &self.files[file.0 as usize].1

@@ -28,6 +28,8 @@ pub fn run_reader_if_asked() {
     let (Some(path), &[memory, cpu_seconds, values]) = (arguments.next(), numbers.as_slice()) else {
         std::process::exit(2);
     };
+    // SAFETY: only asks to be killed when the parent is gone; a refusal changes nothing.
+    unsafe { libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL) };
     limit(libc::RLIMIT_CORE, 0);
     limit(libc::RLIMIT_AS, memory);
     limit(libc::RLIMIT_CPU, cpu_seconds);

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 use std::os::fd::AsRawFd;
-use std::os::unix::process::ExitStatusExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::{OnceLock, mpsc};
@@ -115,6 +115,8 @@ pub fn read_vdb(path: &Path, limits: &Limits) -> Result<Vec<VdbGrid>, VdbError> 
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
+        // A Ctrl-C at the terminal is this process's to answer.
+        .process_group(0)
         .spawn()
         .map_err(|e| VdbError::Reader { program: program.clone(), reason: e.to_string() })?;
     let Some(stdout) = child.stdout.take() else {

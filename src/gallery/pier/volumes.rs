@@ -8,6 +8,7 @@ use openvdb::{Compression, Precision, VdbWriter};
 
 use super::super::GalleryError;
 use super::{FIRE, FIRE_BOX, FOG_BOX};
+use crate::system::output::write_atomically;
 
 fn noise(seed: i32, frequency: f32, octaves: i32) -> FastNoiseLite {
     let mut noise = FastNoiseLite::with_seed(seed);
@@ -43,12 +44,12 @@ fn grid(
 }
 
 fn save(path: &Path, fill: impl FnOnce(&mut VdbWriter) -> Result<(), openvdb::VdbError>) -> Result<(), GalleryError> {
-    let write = || {
+    let write = |file: &Path| {
         let mut writer = VdbWriter::new()?;
         fill(&mut writer)?;
-        writer.write(path, Compression::Zip)
+        writer.write(file, Compression::Zip)
     };
-    write().map_err(|error| GalleryError::output(path, error))
+    Ok(write_atomically(path, |file| write(file.path()).map_err(|error| error.to_string()))?)
 }
 
 /// Fog: drifting banks, densest on the water.

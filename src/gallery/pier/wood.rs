@@ -16,7 +16,7 @@ const BOARD: usize = 64;
 
 /// Writes the texture.
 pub fn write_texture(path: &Path) -> Result<(), GalleryError> {
-    write_png(path, &texture(), 0.0).map_err(|error| GalleryError::output(path, error.reason))
+    Ok(write_png(path, &texture(), 0.0)?)
 }
 
 fn texture() -> Image {

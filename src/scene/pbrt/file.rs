@@ -8,6 +8,7 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use crate::scene::{SceneError, SceneErrorKind};
+use crate::system::input::{read_bounded, read_regular};
 
 /// The most bytes that one file may hold, after decompression: 4 GiB.
 pub const LARGEST_FILE: u64 = 4 << 30;
@@ -20,26 +21,30 @@ const LARGEST_RATIO: u64 = 200;
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 
+/// Whether something other than a regular file will do: a pipe, as in `zcat scene.gz | lanternfish render /dev/stdin`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// What the user named.
+    Any,
+    /// What a scene named: a pipe there could wait for ever.
+    Regular,
+}
+
 /// The bytes of a file; gzip is recognised by its first two bytes and unpacked.
 ///
 /// # Errors
 /// `File` where it cannot be read or unpacked, `Limit` where it is larger than [`LARGEST_FILE`] or looks made to
 /// explode.
-pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    let failed = |e: std::io::Error| unreadable(path, e.to_string());
-    let mut file = File::open(path).map_err(failed)?;
-    let metadata = file.metadata().map_err(failed)?;
-    if metadata.is_dir() {
-        return Err(unreadable(path, "it is a folder".into()));
-    }
-    if metadata.len() > LARGEST_FILE {
-        return Err(too_large(path));
-    }
-    let mut raw = Vec::new();
-    file.by_ref().take(LARGEST_FILE + 1).read_to_end(&mut raw).map_err(failed)?;
-    if raw.len() as u64 > LARGEST_FILE {
-        return Err(too_large(path));
-    }
+pub fn read_bytes(path: &Path, source: Source) -> Result<Vec<u8>> {
+    let raw = match source {
+        Source::Regular => read_regular(path, LARGEST_FILE),
+        Source::Any if path.is_dir() => Err(std::io::Error::other("it is a folder")),
+        Source::Any => File::open(path).and_then(|file| read_bounded(file, LARGEST_FILE)),
+    };
+    let raw = raw.map_err(|e| match e.kind() {
+        std::io::ErrorKind::FileTooLarge => too_large(path),
+        _ => unreadable(path, e.to_string()),
+    })?;
     if !raw.starts_with(&[0x1f, 0x8b]) {
         return Ok(raw);
     }
@@ -66,8 +71,8 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 /// # Errors
 /// As [`read_bytes`]; `Ok(Err(..))` carries text that is not UTF-8 as (line, column, text with replacements), so that
 /// the caller can register the file before it reports the place.
-pub fn read_text(path: &Path) -> Result<std::result::Result<String, (u32, u32, String)>> {
-    Ok(String::from_utf8(read_bytes(path)?).map_err(|e| {
+pub fn read_text(path: &Path, source: Source) -> Result<std::result::Result<String, (u32, u32, String)>> {
+    Ok(String::from_utf8(read_bytes(path, source)?).map_err(|e| {
         let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
         let line = valid.iter().filter(|&&b| b == b'\n').count() + 1;
         let column = valid.iter().rev().take_while(|&&b| b != b'\n').count() + 1;

@@ -26,7 +26,7 @@ pub struct Names<'a> {
 /// Completes the description.
 ///
 /// # Errors
-/// A name that refers to nothing, at the place that names it, and mixes of materials that contain themselves.
+/// A name that refers to nothing, at the place that names it.
 pub fn finish(mut scene: SceneDescription, header: Header, names: &Names) -> Result<SceneDescription> {
     let mut named = Vec::with_capacity(names.material_references.len());
     for (name, span) in names.material_references {
@@ -97,49 +97,16 @@ fn check_textures(params: &ParamSet, names: &Names) -> Result<()> {
     Ok(())
 }
 
-/// The materials that a `mix` names exist, and none contains itself.
+/// The materials that a `mix` names exist.
 fn check_mixes(scene: &SceneDescription, names: &Names) -> Result<()> {
-    let mut parts: Vec<(Vec<u32>, Option<Span>)> = Vec::with_capacity(scene.materials.len());
-    for material in &scene.materials {
-        let mut list = (Vec::new(), None);
-        let mixed = material.entity.params.iter().find(|p| p.name == "materials" && material.entity.kind == "mix");
-        if let Some(param) = mixed
-            && let ParamValue::String(mixed_names) = &param.value
-        {
-            list.1 = Some(param.span);
-            for name in mixed_names {
-                // pbrt-v4 takes "interface" for the absent material without a declaration.
-                if name != "interface" || names.materials.contains_key(name) {
-                    list.0.push(*lookup(names.materials, name, "material", param.span)?);
-                }
-            }
-        }
-        parts.push(list);
-    }
-    // Depth first without recursion: 0 not seen, 1 on the path, 2 done.
-    let mut seen = vec![0u8; parts.len()];
-    for root in 0..parts.len() {
-        let mut path = vec![(root, 0usize)];
-        while let Some((material, next)) = path.pop() {
-            if next == 0 && seen[material] != 0 {
-                continue;
-            }
-            seen[material] = 1;
-            match parts[material].0.get(next) {
-                None => seen[material] = 2,
-                Some(&part) => {
-                    let part = part as usize;
-                    path.push((material, next + 1));
-                    match seen[part] {
-                        0 => path.push((part, 0)),
-                        1 => {
-                            let what = SceneErrorKind::Parameter("this mix contains itself".into());
-                            let span = parts[material].1.unwrap_or(scene.materials[material].entity.span());
-                            return Err(SceneError::at(span, what));
-                        }
-                        _ => {}
-                    }
-                }
+    for material in scene.materials.iter().filter(|material| material.entity.kind == "mix") {
+        let params = material.entity.params.iter().filter(|param| param.name == "materials");
+        for (param, mixed) in params.filter_map(|param| match &param.value {
+            ParamValue::String(mixed) => Some((param, mixed)),
+            _ => None,
+        }) {
+            for name in mixed {
+                lookup(names.materials, name, "material", param.span)?;
             }
         }
     }

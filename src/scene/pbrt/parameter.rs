@@ -289,7 +289,7 @@ fn named_or_file(name: &str, at: Span, context: &Context, folder: &std::path::Pa
         e.span.get_or_insert(at);
         e
     };
-    let file_text = super::file::read_text(&path).map_err(placed)?;
+    let file_text = super::file::read_text(&path, super::file::Source::Regular).map_err(placed)?;
     let Ok(text) = file_text else {
         return wrong(at, format!("the spectrum file {} is not text", folder_of(&path).join(name).display()));
     };

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::file;
+use super::file::{self, Source};
 use super::lexer::{Lexer, Token, TokenKind};
 use crate::scene::{FileId, SceneError, SceneErrorKind, Sources, Span};
 
@@ -90,7 +90,8 @@ impl<'a> Reader<'a> {
         let file = match self.known.get(path) {
             Some(&file) => file,
             None => {
-                let text = file::read_text(path)?;
+                let source = if self.frames.is_empty() { Source::Any } else { Source::Regular };
+                let text = file::read_text(path, source)?;
                 let (text, bad) = match text {
                     Ok(text) => (text, None),
                     Err((line, column, text)) => (text, Some((line, column))),

@@ -1,0 +1,45 @@
+//! Reading files that a scene names: regular files only, since a pipe that nobody writes to would never end, and none larger
+//! than its reader can hold.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Opens a regular file and says how long it is.
+///
+/// # Errors
+/// What the system says, and anything that is not a regular file (folders, pipes, devices).
+pub fn open_regular(path: &Path) -> io::Result<(File, u64)> {
+    let metadata = path.metadata()?;
+    if !metadata.is_file() {
+        let what = if metadata.is_dir() { "it is a folder" } else { "it is not a regular file" };
+        return Err(io::Error::other(what));
+    }
+    Ok((File::open(path)?, metadata.len()))
+}
+
+/// All bytes of a regular file of at most `limit` bytes.
+///
+/// # Errors
+/// As [`open_regular`]; `FileTooLarge` for more bytes than allowed.
+pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let (file, length) = open_regular(path)?;
+    if length > limit {
+        return Err(too_large(limit));
+    }
+    read_bounded(file, limit)
+}
+
+/// All that `source` still gives, which must not be more than `limit` bytes.
+///
+/// # Errors
+/// What the source says; `FileTooLarge` for more bytes than allowed.
+pub fn read_bounded(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    source.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
+}
+
+fn too_large(limit: u64) -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("it holds more than {limit} bytes"))
+}

@@ -1,0 +1,201 @@
+//! Files that appear whole or not at all: written under a temporary name in the same folder, flushed to the disk, renamed.
+
+use std::fs::File;
+use std::io::{self, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use tempfile::NamedTempFile;
+
+/// Files under a temporary name right now, for [`remove_unfinished`].
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Why a file was not written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {path}: {reason}")]
+pub struct OutputError {
+    /// The file.
+    pub path: PathBuf,
+    /// In words.
+    pub reason: String,
+}
+
+impl OutputError {
+    /// `path` could not be written because of `reason`.
+    pub fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self { path: path.to_owned(), reason: reason.to_string() }
+    }
+}
+
+/// What stands where a file is to be written.
+enum Target {
+    /// Nothing, or a file that will be replaced: its real place, behind any symbolic links.
+    File(PathBuf),
+    /// A device, such as `/dev/null`: it is written to, not replaced.
+    Device,
+}
+
+impl Target {
+    fn of(path: &Path) -> io::Result<Self> {
+        match path.metadata() {
+            Ok(metadata) if metadata.is_dir() => Err(io::Error::other("it is a folder")),
+            Ok(metadata) if metadata.is_file() => Ok(Self::File(path.canonicalize()?)),
+            Ok(metadata) if is_device(&metadata) => Ok(Self::Device),
+            Ok(_) => Err(io::Error::other("it is neither a file nor a device")),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::File(path.to_owned())),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+#[cfg(unix)]
+fn is_device(metadata: &std::fs::Metadata) -> bool {
+    std::os::unix::fs::FileTypeExt::is_char_device(&metadata.file_type())
+}
+
+#[cfg(not(unix))]
+fn is_device(_: &std::fs::Metadata) -> bool {
+    false
+}
+
+/// A temporary file that [`remove_unfinished`] knows of.
+struct Unfinished(NamedTempFile);
+
+impl Unfinished {
+    /// Beside `target`, with its permissions if it is there, else with those that new files get.
+    fn beside(target: &Path) -> io::Result<Self> {
+        let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".lanternfish-");
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = builder.tempfile_in(folder)?;
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(file.path().to_owned());
+        let unfinished = Self(file);
+        if let Ok(metadata) = target.metadata() {
+            unfinished.0.as_file().set_permissions(metadata.permissions())?;
+        }
+        Ok(unfinished)
+    }
+}
+
+fn forget(path: &Path) {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|known| known != path);
+}
+
+/// Creates `path` whole or not at all. `write` fills the temporary file that it is given, through its handle or by its name. An existing
+/// file is replaced and keeps its permissions; a symbolic link is followed; a device is written to.
+///
+/// # Errors
+/// What `write` or the system says; nothing is left behind then.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut NamedTempFile) -> Result<(), String>,
+) -> Result<(), OutputError> {
+    let fail = |e: &dyn std::fmt::Display| OutputError::new(path, e);
+    match Target::of(path).map_err(|e| fail(&e))? {
+        Target::Device => {
+            let mut file = NamedTempFile::new().map_err(|e| fail(&e))?;
+            write(&mut file).map_err(|e| fail(&e))?;
+            let copy = || -> io::Result<()> {
+                let mut written = file.reopen()?;
+                written.rewind()?;
+                io::copy(&mut written, &mut File::options().write(true).open(path)?).map(drop)
+            };
+            copy().map_err(|e| fail(&e))
+        }
+        Target::File(target) => {
+            let mut unfinished = Unfinished::beside(&target).map_err(|e| fail(&e))?;
+            let name = unfinished.0.path().to_owned();
+            let finished = (|| {
+                write(&mut unfinished.0).map_err(|e| fail(&e))?;
+                let file = &mut unfinished.0;
+                file.flush().map_err(|e| fail(&e))?;
+                // Writers that went by the name may have left another file under it than the handle's.
+                File::open(&name).and_then(|file| file.sync_all()).map_err(|e| fail(&e))?;
+                unfinished.0.persist(&target).map_err(|e| fail(&e.error)).map(drop)
+            })();
+            forget(&name);
+            finished
+        }
+    }
+}
+
+/// Whether [`write_atomically`] could write to `path` now: better known before hours of work than after.
+///
+/// # Errors
+/// Why it could not.
+pub fn check_writable(path: &Path) -> Result<(), OutputError> {
+    let check = || -> io::Result<()> {
+        match Target::of(path)? {
+            Target::Device => File::options().write(true).open(path).map(drop),
+            Target::File(target) => Unfinished::beside(&target).map(|unfinished| forget(unfinished.0.path())),
+        }
+    };
+    check().map_err(|e| OutputError::new(path, e))
+}
+
+/// Removes what [`write_atomically`] is writing at this moment: for a process about to end at once.
+pub fn remove_unfinished() {
+    for path in UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn put(path: &Path, text: &str) -> Result<(), OutputError> {
+        write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(|e| e.to_string()))
+    }
+
+    fn listing(folder: &Path) -> usize {
+        std::fs::read_dir(folder).expect("a folder").count()
+    }
+
+    #[test]
+    fn a_failed_write_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x");
+        assert!(write_atomically(&path, |_| Err("no".into())).is_err());
+        assert_eq!(listing(folder.path()), 0);
+        assert!(put(&folder.path().join("no/such/folder/a"), "a").is_err());
+        assert!(put(folder.path(), "a").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_permissions_kept() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("a folder");
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        put(&file, "one").expect("written");
+        std::fs::set_permissions(&file, PermissionsExt::from_mode(0o640)).expect("set");
+        symlink("file", &link).expect("linked");
+        check_writable(&link).expect("writable");
+        put(&link, "two").expect("written");
+        assert!(link.is_symlink());
+        assert_eq!(std::fs::read(&file).expect("there"), b"two");
+        assert_eq!(file.metadata().expect("there").permissions().mode() & 0o777, 0o640);
+        assert_eq!(listing(folder.path()), 2);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_not_replaced() {
+        let null = Path::new("/dev/null");
+        check_writable(null).expect("writable");
+        put(null, "nothing").expect("written");
+        assert!(is_device(&null.metadata().expect("there")));
+    }
+
+    #[test]
+    fn a_file_written_by_name_counts() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x");
+        write_atomically(&path, |file| std::fs::write(file.path(), "by name").map_err(|e| e.to_string()))
+            .expect("written");
+        assert_eq!(std::fs::read(&path).expect("there"), b"by name");
+    }
+}
