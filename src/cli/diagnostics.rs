@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str};
 
-use crate::scene::{SceneError, Sources, Span, Warnings};
+use crate::scene::{SceneError, Sources, Span, Warning, Warnings};
 
 /// No more warnings than this are printed one by one.
 const MAX_WARNINGS: usize = 30;
@@ -75,28 +75,24 @@ impl Excerpt {
     }
 }
 
-/// Prints warnings to the standard error output.
+/// Prints warnings to the standard error output: the first thirty of them and the number of the others.
 pub fn print_warnings(warnings: &Warnings, sources: &Sources) {
     let mut stderr = std::io::stderr().lock();
-    for line in warning_lines(warnings, sources) {
+    let lines = warning_lines(warnings, sources);
+    for line in lines.iter().take(MAX_WARNINGS) {
         let _ = writeln!(stderr, "{line}");
+    }
+    if lines.len() > MAX_WARNINGS {
+        let _ = writeln!(stderr, "warning: and {} more (--stats and info --json list all)", lines.len() - MAX_WARNINGS);
     }
 }
 
-/// Each warning as `warning: file:line:column: what`, the first thirty of them and the number of the others.
+/// Each warning as `warning: file:line:column: what`.
 pub fn warning_lines(warnings: &Warnings, sources: &Sources) -> Vec<String> {
     let place = |span: Option<Span>| match span {
         Some(span) => format!("{}:{}:{}: ", sources.path(span.file).display(), span.line, span.column),
         None => String::new(),
     };
-    let list = warnings.list();
-    let mut lines: Vec<String> = list
-        .iter()
-        .take(MAX_WARNINGS)
-        .map(|w| normalize_untrusted_str(&format!("warning: {}{}", place(w.span), w.message)))
-        .collect();
-    if list.len() > MAX_WARNINGS {
-        lines.push(format!("warning: and {} more", list.len() - MAX_WARNINGS));
-    }
-    lines
+    let line = |w: &Warning| normalize_untrusted_str(&format!("warning: {}{}", place(w.span), w.message));
+    warnings.list().iter().map(line).collect()
 }

@@ -127,14 +127,14 @@ fn excerpts_of_huge_lines_stay_short_and_odd_spans_do_no_harm() {
 }
 
 #[test]
-fn warnings_are_lines_and_capped() {
+fn warnings_are_lines() {
     let sources = sources("x");
     let mut warnings = Warnings::default();
     warnings.add(Some(at(3, 4, 1)), "first");
     (0..99).for_each(|i| warnings.add(None, format!("number {i}")));
     let lines = warning_lines(&warnings, &sources);
     assert_eq!((lines[0].as_str(), lines[1].as_str()), ("warning: room.pbrt:3:4: first", "warning: number 0"));
-    assert_eq!((lines.len(), lines[30].as_str()), (31, "warning: and 70 more"));
+    assert_eq!(lines.len(), 100);
 }
 
 #[test]

@@ -6,8 +6,6 @@ use glam::Vec2;
 
 use crate::scene::{Entity, SceneError, Warnings};
 
-use super::settings::positive;
-
 /// A separable, symmetric, non-negative filter.
 #[derive(Clone, Debug)]
 pub enum PixelFilter {
@@ -44,15 +42,12 @@ impl PixelFilter {
     pub fn build(entity: &Entity, warnings: &mut Warnings) -> Result<Self, Box<SceneError>> {
         let params = &entity.params;
         let radius = |default: f32| -> Result<Vec2, Box<SceneError>> {
-            Ok(Vec2::new(
-                positive(entity, "xradius", params.float("xradius", default)?)?,
-                positive(entity, "yradius", params.float("yradius", default)?)?,
-            ))
+            Ok(Vec2::new(params.positive("xradius", default)?, params.positive("yradius", default)?))
         };
         let filter = match entity.kind.as_str() {
             "box" => Self::Box { radius: radius(0.5)? },
             "triangle" => Self::Triangle { radius: radius(2.0)? },
-            "gaussian" | "" => Self::gaussian(radius(1.5)?, positive(entity, "sigma", params.float("sigma", 0.5)?)?),
+            "gaussian" | "" => Self::gaussian(radius(1.5)?, params.positive("sigma", 0.5)?),
             other => {
                 let known = matches!(other, "mitchell" | "sinc");
                 let what = if known { "is not supported" } else { "is not known" };

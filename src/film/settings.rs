@@ -105,9 +105,12 @@ impl FilmSettings {
         let bounds = crop(film, overrides, stated, resolution, warnings)?;
         let filename = params.string("filename")?.map(str::to_owned);
         let sensor = sensor(scene, warnings)?;
-        for name in ["diagonal", "savefp16"] {
-            params.get(name);
-        }
+        params.warn_ignored(
+            "diagonal",
+            "the pinhole and thin lens cameras have no use for the sensor's size",
+            warnings,
+        );
+        params.warn_ignored("savefp16", "files hold 32-bit floats", warnings);
         params.warn_unused(warnings);
         let filter = PixelFilter::build(&scene.filter, warnings)?;
         Ok(Self { resolution, bounds, filename, sensor, filter })
@@ -117,8 +120,8 @@ impl FilmSettings {
 fn sensor(scene: &SceneDescription, warnings: &mut Warnings) -> Result<Sensor, Box<SceneError>> {
     let film = &scene.film;
     let params = &film.params;
-    let iso = positive(film, "iso", params.float("iso", 100.0)?)?;
-    let max_component = positive(film, "maxcomponentvalue", params.float("maxcomponentvalue", f32::INFINITY)?)?;
+    let iso = params.positive("iso", 100.0)?;
+    let max_component = params.positive("maxcomponentvalue", f32::INFINITY)?;
     if let Some(name) = params.string("sensor")?.filter(|name| *name != "cie1931") {
         let span = params.get("sensor").map(|p| p.span);
         warnings
@@ -134,10 +137,20 @@ fn sensor(scene: &SceneDescription, warnings: &mut Warnings) -> Result<Sensor, B
         return Err(SceneError::at(scene.camera.span(), SceneErrorKind::Parameter(message))
             .help("the image would be black: exposure is proportional to the time that the shutter is open"));
     }
+    if max_component.is_finite() {
+        let span = params.get("maxcomponentvalue").map(|p| p.span);
+        let message = format!("the image is biased: samples brighter than {max_component} are cut down to it");
+        warnings.add(span, message);
+    }
+    if scene.film_color_space != "srgb" {
+        let message =
+            format!("the image is written in sRGB's primaries, not in those of \"{}\"", scene.film_color_space);
+        warnings.add(Some(film.span()), message);
+    }
     Ok(Sensor { imaging_ratio: exposure * iso / 100.0, max_component })
 }
 
-/// The pixels to render. Later sources win: `cropwindow`, `pixelbounds`, the command line.
+/// The pixels to render. Later sources win: `pixelbounds`, `cropwindow`, the command line.
 fn crop(
     film: &Entity,
     overrides: &FilmOverrides,
@@ -147,16 +160,13 @@ fn crop(
 ) -> Result<PixelBounds, Box<SceneError>> {
     let params = &film.params;
     let mut bounds = PixelBounds::full(resolution[0], resolution[1]);
-    match *params.floats("cropwindow")? {
-        [] => {}
-        [x0, x1, y0, y1] => bounds = fraction(resolution, [x0, x1, y0, y1]),
-        _ => return Err(wrong(film, "cropwindow", "four numbers x0 x1 y0 y1")),
-    }
     match *params.integers("pixelbounds")? {
         [] => {}
         [x0, x1, y0, y1] => {
-            if params.has("cropwindow") {
-                warnings.add(Some(film.span()), "\"pixelbounds\" is used, \"cropwindow\" is not".to_owned());
+            if [x0, x1].iter().any(|x| !(0..=stated[0] as i32).contains(x))
+                || [y0, y1].iter().any(|y| !(0..=stated[1] as i32).contains(y))
+            {
+                warnings.add(Some(film.span()), "\"pixelbounds\" reach beyond the image: they are cut off there");
             }
             // Pixels of the stated resolution; an overridden one scales them.
             let scale = |v: i32, axis: usize| v as f32 / stated[axis] as f32;
@@ -166,7 +176,18 @@ fn crop(
                 bounds = PixelBounds { x0: at(x0, 0), x1: at(x1, 0), y0: at(y0, 1), y1: at(y1, 1) };
             }
         }
-        _ => return Err(wrong(film, "pixelbounds", "four integers x0 x1 y0 y1")),
+        _ => return Err(params.wrong("pixelbounds", "four integers x0 x1 y0 y1")),
+    }
+    match *params.floats("cropwindow")? {
+        [] => {}
+        [a, b, c, d] => {
+            if params.has("pixelbounds") {
+                warnings.add(Some(film.span()), "\"cropwindow\" is used, \"pixelbounds\" is not");
+            }
+            // In either order, as pbrt-v4 takes them.
+            bounds = fraction(resolution, [a.min(b), a.max(b), c.min(d), c.max(d)]);
+        }
+        _ => return Err(params.wrong("cropwindow", "four numbers x0 x1 y0 y1")),
     }
     if let Some(window) = overrides.crop {
         bounds = fraction(resolution, window);
@@ -187,16 +208,6 @@ fn fraction(resolution: [u32; 2], [x0, x1, y0, y1]: [f32; 4]) -> PixelBounds {
 fn extent(film: &Entity, name: &str, default: i32) -> Result<u32, Box<SceneError>> {
     match film.params.integer(name, default)? {
         n @ 1..=0x00ff_ffff => Ok(n as u32),
-        _ => Err(wrong(film, name, "from 1 to 16777215")),
+        _ => Err(film.params.wrong(name, "from 1 to 16777215")),
     }
-}
-
-pub(super) fn positive(entity: &Entity, name: &str, value: f32) -> Result<f32, Box<SceneError>> {
-    if value > 0.0 { Ok(value) } else { Err(wrong(entity, name, "above 0")) }
-}
-
-fn wrong(entity: &Entity, name: &str, expected: &str) -> Box<SceneError> {
-    let span = entity.params.iter().find(|p| p.name == name).map_or(entity.span(), |p| p.span);
-    let message = format!("parameter \"{name}\" of {} must be {expected}", entity.params.owner);
-    SceneError::at(span, SceneErrorKind::Parameter(message))
 }

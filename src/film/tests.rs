@@ -27,6 +27,7 @@ pub(crate) fn scene(camera: Entity, film: Entity, filter: Entity) -> crate::scen
         camera_transform: fixed,
         camera_medium: String::new(),
         film,
+        film_color_space: "srgb",
         filter,
         sampler: entity("", vec![]),
         integrator: entity("", vec![]),

@@ -9,7 +9,7 @@ use super::Ray;
 use crate::film::FilmSettings;
 use crate::math::transform::{Decomposed, RenderSpace};
 use crate::math::warp::concentric_disk;
-use crate::scene::{Entity, SceneDescription, SceneError, SceneErrorKind, Warnings};
+use crate::scene::{SceneDescription, SceneError, SceneErrorKind, Warnings};
 
 /// A perspective camera in render space.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub struct Camera {
     per_pixel: Vec2,
     lens_radius: f32,
     focal_distance: f32,
-    /// Shutter opening and closing as normalised times.
+    /// Shutter opening and closing as normalised times; nothing moves outside 0..=1.
     shutter: [f32; 2],
 }
 
@@ -51,23 +51,23 @@ impl Camera {
                 .help("use a camera of type \"perspective\""));
         }
         let [width, height] = film.resolution.map(|n| n as f32);
-        let aspect = positive(entity, "frameaspectratio", params.float("frameaspectratio", width / height)?)?;
+        let aspect = params.positive("frameaspectratio", width / height)?;
         let screen = match *params.floats("screenwindow")? {
             // The shorter axis spans −1..=1, so that `fov` is the angle across it.
             [] if aspect > 1.0 => [-aspect, aspect, -1.0, 1.0],
             [] => [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect],
             [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => [x0, x1, y0, y1],
-            _ => return Err(wrong(entity, "screenwindow", "four numbers x0 x1 y0 y1 that span an area")),
+            _ => return Err(params.wrong("screenwindow", "four numbers x0 x1 y0 y1 that span an area")),
         };
         let fov = params.float("fov", 90.0)?;
         if !(fov > 0.0 && fov < 180.0) {
-            return Err(wrong(entity, "fov", "an angle above 0 and below 180 degrees"));
+            return Err(params.wrong("fov", "an angle above 0 and below 180 degrees"));
         }
         let lens_radius = params.float("lensradius", 0.0)?;
         if lens_radius < 0.0 {
-            return Err(wrong(entity, "lensradius", "a radius of at least 0"));
+            return Err(params.wrong("lensradius", "a radius of at least 0"));
         }
-        let focal_distance = positive(entity, "focaldistance", params.float("focaldistance", 1e6)?)?;
+        let focal_distance = params.positive("focaldistance", 1e6)?;
         let shutter = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];
         params.warn_unused(warnings);
 
@@ -115,7 +115,7 @@ impl Camera {
         (open + u_time * (close - open)).clamp(0.0, 1.0)
     }
 
-    /// Shutter opening and closing as normalised times.
+    /// Shutter opening and closing as normalised times; nothing moves outside 0..=1.
     pub fn shutter(&self) -> [f32; 2] {
         self.shutter
     }
@@ -160,19 +160,9 @@ fn to_f32(affine: &DAffine3) -> Affine3A {
     Affine3A::from_mat3_translation(affine.matrix3.as_mat3(), affine.translation.as_vec3())
 }
 
-/// `time` within `start..=end` as a number in 0..=1.
+/// `time` as a number that is 0 at `start` and 1 at `end`; outside them where the shutter opens before the motion or closes after it.
 fn normalised_time(time: f64, [start, end]: [f64; 2]) -> f32 {
-    if end > start { ((time - start) / (end - start)).clamp(0.0, 1.0) as f32 } else { 0.0 }
-}
-
-fn wrong(entity: &Entity, name: &str, expected: &str) -> Box<SceneError> {
-    let span = entity.params.iter().find(|p| p.name == name).map_or(entity.span(), |p| p.span);
-    let message = format!("parameter \"{name}\" of {} must be {expected}", entity.params.owner);
-    SceneError::at(span, SceneErrorKind::Parameter(message))
-}
-
-fn positive(entity: &Entity, name: &str, value: f32) -> Result<f32, Box<SceneError>> {
-    if value > 0.0 { Ok(value) } else { Err(wrong(entity, name, "above 0")) }
+    if end > start { ((time - start) / (end - start)) as f32 } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -100,8 +100,8 @@ fn material(entity: &MaterialEntity, names: &Names, builder: &mut TextureBuilder
             eta: builder.float(index_of_refraction(params, "eta")?, 1.5)?,
             g: builder.float(params.float_texture("g")?, 0.0)?,
             albedo: builder.rgb(params.albedo_texture("albedo")?, Rgb::BLACK)?,
-            max_depth: positive(params, "maxdepth", 10)?,
-            samples: positive(params, "nsamples", 1)?,
+            max_depth: count(params, "maxdepth", 10)?,
+            samples: count(params, "nsamples", 1)?,
         }),
         "mix" => {
             let parts = params.strings("materials")?;
@@ -185,14 +185,11 @@ fn at_wavelength(samples: &[(f32, f32)], wavelength: f32) -> f32 {
 /// More layers' bounces or walks than this take longer than anyone waits.
 const MOST: i32 = 1000;
 
-fn positive(params: &ParamSet, name: &str, default: i32) -> Result<u32> {
-    let value = params.integer(name, default)?;
-    if !(1..=MOST).contains(&value) {
-        let span = params.get(name).map_or(params.span, |p| p.span);
-        let message = format!("parameter \"{name}\" of {} is {value}, expected from 1 to {MOST}", params.owner);
-        return Err(SceneError::at(span, SceneErrorKind::Parameter(message)));
+fn count(params: &ParamSet, name: &str, default: i32) -> Result<u32> {
+    match params.integer(name, default)? {
+        value @ 1..=MOST => Ok(value as u32),
+        value => Err(params.wrong(name, &format!("from 1 to {MOST}, found {value}"))),
     }
-    Ok(value as u32)
 }
 
 fn named(name: &str, params: &ParamSet, names: &Names) -> Result<MaterialId> {

@@ -228,12 +228,16 @@ impl<'a> TextureBuilder<'a> {
             Some(other) => return Err(bad_word(params, "wrap", other, "repeat, black or clamp")),
         };
         let filter = match params.string("filter")? {
-            None | Some("bilinear" | "trilinear" | "EWA" | "ewa") => Filter::Bilinear,
+            None | Some("bilinear") => Filter::Bilinear,
+            Some(kind @ ("trilinear" | "EWA" | "ewa")) => {
+                let what = format!("\"{kind}\" is done as \"bilinear\": the samples of a pixel do the rest");
+                params.warn_ignored("filter", &what, self.warnings);
+                Filter::Bilinear
+            }
             Some("point") => Filter::Point,
             Some(other) => return Err(bad_word(params, "filter", other, "point, bilinear, trilinear or EWA")),
         };
-        // It steers how EWA filters, which is not done here.
-        params.float("maxanisotropy", 8.0)?;
+        params.warn_ignored("maxanisotropy", "it belongs to the EWA filter", self.warnings);
         if let Some(mapping) = params.string("mapping")?.filter(|&mapping| mapping != "uv") {
             let message = format!("texture mapping \"{mapping}\" is not supported: uv is used instead");
             self.warnings.add(params.get("mapping").map(|p| p.span), message);
@@ -299,9 +303,7 @@ fn check_lookups(lookups: u32, span: Span) -> Result<()> {
 }
 
 fn bad_word(params: &ParamSet, name: &str, found: &str, expected: &str) -> Box<SceneError> {
-    let span = params.get(name).map_or(params.span, |p| p.span);
-    let message = format!("parameter \"{name}\" of {} is \"{found}\", expected {expected}", params.owner);
-    SceneError::at(span, SceneErrorKind::Parameter(message))
+    params.wrong(name, &format!("{expected}, found \"{found}\""))
 }
 
 fn encoding(params: &ParamSet) -> Result<Encoding> {

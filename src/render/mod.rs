@@ -26,7 +26,7 @@ use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
 use crate::integrator::{Counters, PathSettings, Scratch, World, trace_path};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint};
-use crate::scene::{Entity, SceneDescription, SceneError, SceneErrorKind, Sources, Warnings};
+use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
 use plan::Plan;
 use progress::Tracking;
@@ -120,9 +120,9 @@ impl Job {
         memory::check_film(scene, &film)?;
         let stated_depth = at_least(&scene.integrator, "maxdepth", 5, 0)?;
         let max_depth = settings.max_depth.unwrap_or(stated_depth);
-        let scene_spp = at_least(&scene.sampler, "pixelsamples", 16, 1)?;
-        let scene_seed = scene.sampler.params.integer("seed", 0)? as u32;
-        warn_about_engine(scene, warnings);
+        let scene_spp = samples_per_pixel(scene, warnings)?;
+        let scene_seed = scene.sampler.params.integer("seed", scene.options.integer("seed", 0)?)? as u32;
+        warn_about_engine(scene, warnings)?;
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
         let world = build::build_world(scene, settings, backend, &mut timings, warnings)?;
         // Again, now that everything else is in memory.
@@ -189,29 +189,38 @@ const MIN_SAMPLES_FOR_ERROR: u32 = 8;
 fn at_least(entity: &Entity, name: &str, default: i32, least: i32) -> Result<u32, Box<SceneError>> {
     let value = entity.params.integer(name, default)?;
     if value < least {
-        let span = entity.params.get(name).map_or(entity.span(), |param| param.span);
-        let message = format!("parameter \"{name}\" of {} is {value}, expected at least {least}", entity.params.owner);
-        return Err(SceneError::at(span, SceneErrorKind::Parameter(message)));
+        return Err(entity.params.wrong(name, &format!("at least {least}, found {value}")));
     }
     Ok(value as u32)
 }
 
-fn warn_about_engine(scene: &SceneDescription, warnings: &mut Warnings) {
+/// Samples a pixel that the scene's `Sampler` asks for, with the defaults of pbrt-v4's samplers.
+fn samples_per_pixel(scene: &SceneDescription, warnings: &mut Warnings) -> Result<u32, Box<SceneError>> {
+    let sampler = &scene.sampler;
+    if sampler.kind != "stratified" {
+        return at_least(sampler, "pixelsamples", 16, 1);
+    }
+    let (x, y) = (at_least(sampler, "xsamples", 4, 1)?, at_least(sampler, "ysamples", 4, 1)?);
+    sampler.params.warn_ignored("jitter", "points are Owen-scrambled Sobol' points", warnings);
+    x.checked_mul(y).ok_or_else(|| sampler.params.wrong("xsamples", "such that xsamples × ysamples is below 2^32"))
+}
+
+fn warn_about_engine(scene: &SceneDescription, warnings: &mut Warnings) -> Result<(), Box<SceneError>> {
     let kind = scene.integrator.kind.as_str();
     if !matches!(kind, "" | "volpath" | "path") {
         let message = format!("integrator \"{kind}\" is not here; the volumetric path tracer renders instead");
         warnings.add(Some(scene.integrator.span()), message);
     }
-    // Named because pbrt files carry them; the light selector is chosen on the command line and sampling is always Sobol'.
-    for name in ["lightsampler", "regularize"] {
-        scene.integrator.params.get(name);
+    let params = &scene.integrator.params;
+    params.warn_ignored("lightsampler", "--lights chooses how lights are selected", warnings);
+    if params.bool("regularize", false)? {
+        params.warn_ignored("regularize", "paths are never regularised: that would bias the image", warnings);
     }
-    for name in ["randomization", "xsamples", "ysamples", "jitter"] {
-        scene.sampler.params.get(name);
-    }
+    scene.sampler.params.warn_ignored("randomization", "points are Owen-scrambled Sobol' points", warnings);
     scene.options.warn_unused(warnings);
-    scene.integrator.params.warn_unused(warnings);
+    params.warn_unused(warnings);
     scene.sampler.params.warn_unused(warnings);
+    Ok(())
 }
 
 /// One pass over all pixels.

@@ -1,6 +1,7 @@
 //! The scene as its file states it. Transforms are composed (a file states them by composing), nothing else is derived.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::DMat4;
 
@@ -51,7 +52,7 @@ pub struct ShapeEntity {
     /// Into [`SceneDescription::area_lights`].
     pub area_light: Option<u32>,
     /// The `MediumInterface` in force, if any was set.
-    pub medium_interface: Option<MediumInterface>,
+    pub medium_interface: Option<Arc<MediumInterface>>,
 }
 
 /// A `LightSource` directive.
@@ -133,6 +134,8 @@ pub struct SceneDescription {
     pub camera_medium: String,
     /// `Film`.
     pub film: Entity,
+    /// The name of the colour space in force at `Film`.
+    pub film_color_space: &'static str,
     /// `PixelFilter`.
     pub filter: Entity,
     /// `Sampler`.

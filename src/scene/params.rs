@@ -120,6 +120,26 @@ impl ParamSet {
         self.params.iter().any(|p| p.name == name)
     }
 
+    /// The error for the value of `name`, which must be what `expected` says.
+    pub fn wrong(&self, name: &str, expected: &str) -> Box<SceneError> {
+        let span = self.params.iter().find(|p| p.name == name).map_or(self.span, |p| p.span);
+        let message = format!("parameter \"{name}\" of {} must be {expected}", self.owner);
+        SceneError::at(span, SceneErrorKind::Parameter(message))
+    }
+
+    /// One float above 0, or `default`.
+    pub fn positive(&self, name: &str, default: f32) -> Result<f32> {
+        let value = self.float(name, default)?;
+        if value > 0.0 { Ok(value) } else { Err(self.wrong(name, "above 0")) }
+    }
+
+    /// Warns that `name` is given but not heeded; `what` says what happens instead.
+    pub fn warn_ignored(&self, name: &str, what: &str, warnings: &mut Warnings) {
+        if let Some(param) = self.get(name) {
+            warnings.add(Some(param.span), format!("parameter \"{name}\" of {} is ignored: {what}", self.owner));
+        }
+    }
+
     fn wrong_type<T>(&self, param: &Param, wanted: &str) -> Result<T> {
         Err(SceneError::at(
             param.span,

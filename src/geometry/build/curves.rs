@@ -56,8 +56,7 @@ pub(super) fn curve(params: &ParamSet, placement: &Placement, warnings: &mut War
         let what = format!("widths must not be negative nor both 0, found {} and {}", ends[0], ends[1]);
         return Err(placement.error(params, what));
     }
-    // How finely the shape would be cut; the intersection decides that itself.
-    params.get("splitdepth");
+    params.warn_ignored("splitdepth", "the intersection decides itself how finely a curve is cut", warnings);
     let normals: Vec<Vec3> = placement.normals(params, params.vec3s("N")?, false)?;
     let normals: Vec<Vec3> = normals.into_iter().map(Vec3::normalize_or_zero).collect();
     let normals = match kind {

@@ -77,7 +77,15 @@ pub fn build_shape(
         is_boundary: bindings.is_boundary,
         flip_normal,
     };
-    Ok(kinds.into_iter().map(shape).collect())
+    let shapes: Vec<Shape> = kinds.into_iter().map(shape).collect();
+    for shape in shapes.iter().filter(|shape| !matches!(shape.kind, ShapeKind::Triangles(_) | ShapeKind::Bilinear(_))) {
+        // The vertices of meshes were looked at one by one.
+        let beyond = |(low, high): (Vec3, Vec3)| !(low.abs().max(high.abs()).max_element() <= MAX_COORDINATE);
+        if (0..shape.primitive_count()).any(|primitive| beyond(shape.bounds(primitive))) {
+            return Err(placement.error(params, format!("it reaches beyond {MAX_COORDINATE:e} units")));
+        }
+    }
+    Ok(shapes)
 }
 
 /// Where a shape goes.

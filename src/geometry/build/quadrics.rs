@@ -22,15 +22,6 @@ impl Placement {
         Ok((forward, back))
     }
 
-    fn positive(&self, params: &ParamSet, name: &str, default: f32) -> Result<f32> {
-        let value = params.float(name, default)?;
-        if value > 0.0 && value <= super::MAX_COORDINATE {
-            Ok(value)
-        } else {
-            Err(self.error(params, format!("\"{name}\" must be above 0, found {value}")))
-        }
-    }
-
     /// "phimax" in degrees, as radians in (0, 2π].
     fn phi_max(&self, params: &ParamSet) -> Result<f32> {
         let degrees = params.float("phimax", 360.0)?;
@@ -42,7 +33,7 @@ impl Placement {
 }
 
 pub(super) fn sphere(params: &ParamSet, placement: &Placement) -> Result<ShapeKind> {
-    let radius = placement.positive(params, "radius", 1.0)?;
+    let radius = params.positive("radius", 1.0)?;
     let (a, b) = (params.float("zmin", -radius)?, params.float("zmax", radius)?);
     if a.is_nan() || b.is_nan() {
         return Err(placement.error(params, "\"zmin\" or \"zmax\" is not a number"));
@@ -61,7 +52,7 @@ pub(super) fn disk(params: &ParamSet, placement: &Placement) -> Result<ShapeKind
     if !height.is_finite() {
         return Err(placement.error(params, "\"height\" is not finite"));
     }
-    let radius = placement.positive(params, "radius", 1.0)?;
+    let radius = params.positive("radius", 1.0)?;
     let inner_radius = params.float("innerradius", 0.0)?;
     if !(0.0..radius).contains(&inner_radius) {
         let what = format!("\"innerradius\" must be at least 0 and below the radius {radius}, found {inner_radius}");

@@ -70,7 +70,7 @@ fn what_is_wrong_is_an_error_that_says_so() {
         ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2, 9]))], "index 9"),
         ("plymesh", vec![], "\"filename\" is missing"),
         ("plymesh", vec![("filename", word("no.ply"))], "cannot read"),
-        ("sphere", vec![("radius", floats(0.0))], "\"radius\" must be above 0"),
+        ("sphere", vec![("radius", floats(0.0))], "must be above 0"),
         ("sphere", vec![("radius", floats(f32::NAN))], "\"radius\""),
         ("sphere", vec![("zmin", floats(0.5)), ("zmax", floats(0.5))], "nothing lies between"),
         ("sphere", vec![("phimax", floats(-3.0))], "\"phimax\""),

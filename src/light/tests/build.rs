@@ -36,6 +36,7 @@ fn scene(lights: Vec<LightEntity>, area_lights: Vec<Entity>) -> SceneDescription
         camera_transform: Animated::fixed(DMat4::IDENTITY),
         camera_medium: String::new(),
         film: none(),
+        film_color_space: "srgb",
         filter: none(),
         sampler: none(),
         integrator: none(),

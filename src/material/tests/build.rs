@@ -33,6 +33,7 @@ fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>, base: Pat
         camera_transform: fixed,
         camera_medium: String::new(),
         film: entity("rgb", vec![]),
+        film_color_space: "srgb",
         filter: entity("box", vec![]),
         sampler: entity("", vec![]),
         integrator: entity("", vec![]),

@@ -10,7 +10,8 @@ use crate::math::Rgb;
 /// An RGB colour space, ready to convert to linear Rec. 709.
 #[derive(Clone, Debug)]
 pub struct RgbColorSpace {
-    name: &'static str,
+    /// Its name in pbrt-v4.
+    pub name: &'static str,
     /// `None` for Rec. 709 itself: its values pass bit for bit.
     to_rec709: Option<DMat3>,
 }

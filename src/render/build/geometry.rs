@@ -152,7 +152,7 @@ impl<'a> GeometryBuilder<'a> {
     ) -> Result<Vec<ShapeId>, RenderError> {
         let material = MaterialId(entity.material.0);
         let is_boundary = self.materials.is_interface(material);
-        let interface = entity.medium_interface.as_ref().and_then(|names| self.media.numbers.get(names)).copied();
+        let interface = entity.medium_interface.as_deref().and_then(|names| self.media.numbers.get(names)).copied();
         if is_boundary && interface.is_none() {
             return Ok(vec![]);
         }

@@ -37,7 +37,7 @@ impl MediaBuilder {
         // An opaque surface's media are never seen from within: only boundaries and surfaces that transmit count.
         let used: Vec<&MediumInterface> = shapes
             .filter(|shape| materials.is_transmissive(MaterialId(shape.material.0)))
-            .filter_map(|shape| shape.medium_interface.as_ref())
+            .filter_map(|shape| shape.medium_interface.as_deref())
             .collect();
         let mut load = |name: &str, media: &mut Vec<Medium>, warnings: &mut Warnings| -> Result<_, RenderError> {
             if name.is_empty() {

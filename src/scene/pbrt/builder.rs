@@ -19,11 +19,15 @@ use crate::math::spectrum::RgbColorSpace;
 use crate::math::transform::Animated;
 use crate::scene::{
     Entity, LightEntity, MaterialEntity, ObjectEntity, Param, ParamSet, SceneDescription, SceneError, SceneErrorKind,
-    Span, Warnings,
+    ShapeEntity, Span, Warnings,
 };
+use crate::system::memory::available;
 
 /// The most attribute blocks within each other.
 const DEEPEST_NESTING: usize = 1 << 16;
+
+/// How often memory is looked at.
+const ENTITIES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// The most defaults that `Attribute` may pile up per target.
 const MOST_DEFAULTS: usize = 64;
@@ -37,7 +41,6 @@ type Result<T> = std::result::Result<T, Box<SceneError>>;
 enum Opened {
     Attribute,
     Object,
-    Transform,
     Import,
 }
 
@@ -62,6 +65,8 @@ pub struct Header {
     pub integrator: Option<Entity>,
     /// `Option`s.
     pub options: Vec<Param>,
+    /// The colour space in force at `Film`.
+    pub film_color_space: Option<&'static str>,
     /// `TransformTimes`.
     pub times: Option<[f64; 2]>,
 }
@@ -109,6 +114,8 @@ pub struct Builder<'a, 'b> {
     /// `MediumInterface`s.
     pub(super) medium_references: References,
     area_lights: Vec<(Option<Entity>, u32)>,
+    /// Shapes, instances and lights so far.
+    entities: usize,
     pub(super) header: Header,
     pub(super) scene: SceneDescription,
 }
@@ -128,6 +135,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             camera_transform: Animated::fixed(DMat4::IDENTITY),
             camera_medium: String::new(),
             film: entity("Film", "rgb"),
+            film_color_space: "srgb",
             filter: entity("PixelFilter", "gaussian"),
             sampler: entity("Sampler", "zsobol"),
             integrator: entity("Integrator", "volpath"),
@@ -158,6 +166,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             material_references: References::default(),
             medium_references: References::default(),
             area_lights: Vec::new(),
+            entities: 0,
             header: Header::default(),
             scene,
         }
@@ -184,7 +193,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             match open.opened {
                 Opened::Object => return syntax(open.span, "this ObjectBegin is never ended"),
                 // Harmless, and exporters do write such files.
-                Opened::Attribute | Opened::Transform | Opened::Import => {
+                Opened::Attribute | Opened::Import => {
                     self.warnings.add(Some(open.span), "this block is never ended; the file's end ends it");
                 }
             }
@@ -273,6 +282,7 @@ impl<'a, 'b> Builder<'a, 'b> {
                     let what = SceneErrorKind::Undefined(format!("no coordinate system is called \"{name}\""));
                     return Err(SceneError::at(at, what).help(did_you_mean(&name, &known)));
                 };
+                // Both keys, whichever are active, as in pbrt-v4.
                 self.state.ctm.restore(system);
                 Ok(())
             }
@@ -283,6 +293,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             }
             D::Film => {
                 self.header.film = Some(self.once(directive, span)?);
+                self.header.film_color_space = Some(self.state.color_space.name);
                 Ok(())
             }
             D::Identity => self.set(DMat4::IDENTITY, span),
@@ -295,6 +306,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::LightSource => {
                 let entity = self.entity("LightSource", span, Some("light"))?;
                 let medium = self.outside_medium();
+                self.count_entity(span)?;
                 self.scene.lights.push(LightEntity { entity, transform: self.state.ctm.animated(), medium });
                 Ok(())
             }
@@ -359,9 +371,10 @@ impl<'a, 'b> Builder<'a, 'b> {
                 let other = if directive == D::TransformBegin { "AttributeBegin" } else { "AttributeEnd" };
                 let message = format!("{} is deprecated: write {other}", directive.name());
                 self.warnings.add(Some(span), message);
+                // It saves and restores the whole graphics state, as in pbrt-v4.
                 match directive {
-                    D::TransformBegin => self.push(Opened::Transform, span),
-                    _ => self.pop(Opened::Transform, span),
+                    D::TransformBegin => self.push(Opened::Attribute, span),
+                    _ => self.pop(Opened::Attribute, span),
                 }
             }
             D::TransformTimes => {
@@ -473,6 +486,24 @@ impl<'a, 'b> Builder<'a, 'b> {
         Ok(())
     }
 
+    /// Counts a shape, instance or light, and refuses it where memory runs out: text that is included again and again costs the file
+    /// nothing and the memory much.
+    fn count_entity(&mut self, span: Span) -> Result<()> {
+        self.entities += 1;
+        if !self.entities.is_multiple_of(ENTITIES_BETWEEN_CHECKS) {
+            return Ok(());
+        }
+        // A list that grows is copied to one twice as long.
+        let needed = (3 * self.entities * size_of::<ShapeEntity>()) as u64;
+        match available() {
+            Some(left) if left < needed => {
+                let what = format!("the scene's {} shapes, instances and lights fill the memory", self.entities);
+                Err(SceneError::at(span, SceneErrorKind::Limit(what)))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn outside_medium(&self) -> String {
         self.state.medium_interface.as_ref().map(|m| m.outside.clone()).unwrap_or_default()
     }
@@ -490,16 +521,11 @@ impl<'a, 'b> Builder<'a, 'b> {
         let end = match closes {
             Opened::Attribute => "AttributeEnd",
             Opened::Object => "ObjectEnd",
-            Opened::Transform => "TransformEnd",
             Opened::Import => "the end of the imported file",
         };
         match self.stack.pop() {
             Some(saved) if saved.opened == closes => {
-                if closes == Opened::Transform {
-                    self.state.ctm = saved.state.ctm;
-                } else {
-                    self.state = saved.state;
-                }
+                self.state = saved.state;
                 Ok(())
             }
             Some(saved) if closes == Opened::Import => {
@@ -509,7 +535,6 @@ impl<'a, 'b> Builder<'a, 'b> {
                 let line = saved.span.line;
                 let opened = match saved.opened {
                     Opened::Object => "ObjectBegin",
-                    Opened::Transform => "TransformBegin",
                     _ => "AttributeBegin",
                 };
                 syntax(span, format!("{end} where the {opened} of line {line} is still open"))

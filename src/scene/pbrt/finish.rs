@@ -61,6 +61,9 @@ pub fn finish(mut scene: SceneDescription, header: Header, names: &Names) -> Res
             *place = entity;
         }
     }
+    if let Some(name) = header.film_color_space {
+        scene.film_color_space = name;
+    }
     scene.options = ParamSet::new("Option", scene.options.span, header.options);
     if let Some(times) = header.times {
         scene.transform_times = times;

@@ -43,13 +43,9 @@ impl Ctm {
         self.change(|_| matrix)
     }
 
-    /// Replaces the active keys by those of `saved`.
+    /// Replaces both keys.
     pub fn restore(&mut self, saved: &Animated) {
-        for (key, (active, value)) in self.keys.iter_mut().zip(self.active.into_iter().zip([saved.start, saved.end])) {
-            if active {
-                *key = value;
-            }
-        }
+        self.keys = [saved.start, saved.end];
     }
 
     fn change(&mut self, f: impl Fn(DMat4) -> DMat4) -> bool {
@@ -101,7 +97,7 @@ pub struct GraphicsState {
     /// `AreaLightSource`: into the builder's list.
     pub area_light: Option<u32>,
     /// `MediumInterface`, once set.
-    pub medium_interface: Option<Rc<MediumInterface>>,
+    pub medium_interface: Option<Arc<MediumInterface>>,
     /// `ColorSpace`.
     pub color_space: &'static RgbColorSpace,
     /// `Attribute`'s parameters, in the order of [`ATTRIBUTE_TARGETS`].

@@ -1,6 +1,6 @@
 //! The directives that add something to the scene by name or by place: materials, media, textures, objects and shapes.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::{BY_NAME, Builder, Opened, Result, syntax};
 use crate::scene::pbrt::directive::did_you_mean;
@@ -10,9 +10,6 @@ use crate::scene::{
     Entity, InstanceEntity, MaterialEntity, MaterialIndex, MediumEntity, MediumInterface, ObjectEntity, ParamSet,
     ParamValue, SceneError, SceneErrorKind, ShapeEntity, Span, TextureEntity,
 };
-
-/// The longest name of a medium in bytes: each shape carries its two.
-const LONGEST_MEDIUM_NAME: usize = 512;
 
 impl Builder<'_, '_> {
     pub(super) fn make_named_material(&mut self, span: Span) -> Result<()> {
@@ -46,15 +43,11 @@ impl Builder<'_, '_> {
             None => (inside.clone(), inside_at),
         };
         for (name, at) in [(&inside, inside_at), (&outside, outside_at)] {
-            if name.len() > LONGEST_MEDIUM_NAME {
-                let what = format!("a medium's name has more than {LONGEST_MEDIUM_NAME} bytes");
-                return Err(SceneError::at(at, SceneErrorKind::Limit(what)));
-            }
             if !name.is_empty() {
                 self.medium_references.add(name, at);
             }
         }
-        self.state.medium_interface = Some(Rc::new(MediumInterface { inside, outside }));
+        self.state.medium_interface = Some(Arc::new(MediumInterface { inside, outside }));
         Ok(())
     }
 
@@ -95,6 +88,7 @@ impl Builder<'_, '_> {
             let error = SceneError::at(at, what);
             return Err(if known.is_empty() { error } else { error.help(did_you_mean(&name, &known)) });
         };
+        self.count_entity(span)?;
         self.scene.instances.push(InstanceEntity { object, transform: self.state.ctm.animated(), span });
         Ok(())
     }
@@ -123,13 +117,14 @@ impl Builder<'_, '_> {
                 area_light = Some(*place);
             }
         }
+        self.count_entity(span)?;
         let shape = ShapeEntity {
             entity,
             transform: self.state.ctm.animated(),
             reverse_orientation: self.state.reverse_orientation,
             material,
             area_light,
-            medium_interface: self.state.medium_interface.as_deref().cloned(),
+            medium_interface: self.state.medium_interface.clone(),
         };
         match &mut self.object {
             Some(object) => object.shapes.push(shape),
