@@ -12,6 +12,7 @@ use crate::film::exr::write_exr;
 use crate::film::image::write_png;
 use crate::geometry::trace::TraceError;
 use crate::integrator::Counters;
+use crate::medium::regions::MAX_OVERLAP;
 use crate::render::stats::{Statistics, process_usage};
 use crate::render::{Job, Outcome, RenderError, RenderSettings, load};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
@@ -101,7 +102,7 @@ fn render(
         peak_memory: 0,
         counters: outcome.counters,
         plan: job.plan.clone(),
-        warnings: warning_lines(warnings, sources),
+        warnings: [warning_lines(warnings, sources), after_the_fact(&outcome)].concat(),
     };
     (statistics.cpu_seconds, statistics.peak_memory) = process_usage();
     write_images(&output, settings, &job, &outcome, &statistics)?;
@@ -111,6 +112,9 @@ fn render(
         write_json(path, &statistics)?;
     }
     if !settings.quiet {
+        for warning in after_the_fact(&outcome) {
+            eprintln!("{warning}");
+        }
         summarise(&output, &statistics, &outcome);
     }
     Ok(if outcome.interrupted { ExitStatus::Interrupted } else { ExitStatus::Done })
@@ -200,15 +204,27 @@ fn summarise(output: &Path, statistics: &Statistics, outcome: &Outcome) {
         line += &format!(", error {:.2} %", error * 100.0);
     }
     eprintln!("{line}");
-    if let (count, Some(first)) = outcome.film.rejected() {
-        eprintln!(
-            "warning: {count} samples were NaN or infinite and left out, first at pixel {},{} sample {}",
-            first.pixel[0], first.pixel[1], first.sample
-        );
-    }
     if outcome.interrupted {
         eprintln!("interrupted: the image holds what was done by then");
     }
+}
+
+/// What only rendering could tell to be wrong.
+fn after_the_fact(outcome: &Outcome) -> Vec<String> {
+    let mut warnings = vec![];
+    if let (count, Some(first)) = outcome.film.rejected() {
+        warnings.push(format!(
+            "warning: {count} samples were NaN or infinite and left out, first at pixel {},{} sample {}",
+            first.pixel[0], first.pixel[1], first.sample
+        ));
+    }
+    let overflows = outcome.counters.region_overflows;
+    if overflows > 0 {
+        warnings.push(format!(
+            "warning: the image is wrong: {overflows} times a path met more than {MAX_OVERLAP} media in one place and left one out"
+        ));
+    }
+    warnings
 }
 
 /// The command line, for headers and statistics.

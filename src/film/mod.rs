@@ -225,7 +225,8 @@ impl Film {
             let mut put = |values: &[f64]| {
                 // In this order zip takes no plane after the last value.
                 for (value, plane) in values.iter().zip(plane.by_ref()) {
-                    plane[index] = *value as f32;
+                    // Finite sums may be beyond what an f32 holds: the variance of very bright pixels.
+                    plane[index] = value.min(f64::from(f32::MAX)) as f32;
                 }
             };
             put(&moments.mean.to_array());

@@ -5,17 +5,19 @@ use glam::{Affine3A, DMat3, DVec3, Vec3};
 
 use crate::math::robust::gamma;
 
-pub(super) fn linear(affine: &Affine3A) -> DMat3 {
+/// The linear part in double precision.
+pub fn linear(affine: &Affine3A) -> DMat3 {
     let m = affine.matrix3;
     DMat3::from_cols(Vec3::from(m.x_axis).as_dvec3(), Vec3::from(m.y_axis).as_dvec3(), Vec3::from(m.z_axis).as_dvec3())
 }
 
-pub(super) fn translation(affine: &Affine3A) -> DVec3 {
+/// The translation in double precision.
+pub fn translation(affine: &Affine3A) -> DVec3 {
     Vec3::from(affine.translation).as_dvec3()
 }
 
 /// The ray in the space that `affine` maps from. `None` for a ray or transform without meaning (NaN, singular).
-pub(super) fn ray_to_object(affine: &Affine3A, origin: Vec3, direction: Vec3) -> Option<(DVec3, DVec3)> {
+pub fn ray_to_object(affine: &Affine3A, origin: Vec3, direction: Vec3) -> Option<(DVec3, DVec3)> {
     let inverse = linear(affine).inverse();
     let o = inverse * (origin.as_dvec3() - translation(affine));
     let d = inverse * direction.as_dvec3();
@@ -24,7 +26,7 @@ pub(super) fn ray_to_object(affine: &Affine3A, origin: Vec3, direction: Vec3) ->
 }
 
 /// The image of a point known in f64, rounded, with the bound of the roundings.
-pub(super) fn exact_point(affine: &Affine3A, p: DVec3) -> (Vec3, Vec3) {
+pub fn exact_point(affine: &Affine3A, p: DVec3) -> (Vec3, Vec3) {
     let q = linear(affine) * p + translation(affine);
     let rounded = q.as_vec3();
     // One rounding of p itself is γ_1 |p|; the rest leaves room for transforms of the ray that leaves it.
@@ -35,7 +37,7 @@ pub(super) fn exact_point(affine: &Affine3A, p: DVec3) -> (Vec3, Vec3) {
 /// The image of a point whose error is bounded by `error` per axis, with the new bound: the old one under |M|, and room for
 /// tracers that transform the ray in f32: a few roundings of the size of |M| |p| and of the translation, however much the two cancel
 /// (pbrt-v4, equation 6.16).
-pub(super) fn point_with_error(affine: &Affine3A, p: Vec3, error: Vec3) -> (Vec3, Vec3) {
+pub fn point_with_error(affine: &Affine3A, p: Vec3, error: Vec3) -> (Vec3, Vec3) {
     let m = linear(affine);
     let q = (m * p.as_dvec3() + translation(affine)).as_vec3();
     let abs = DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
@@ -45,12 +47,12 @@ pub(super) fn point_with_error(affine: &Affine3A, p: Vec3, error: Vec3) -> (Vec3
 }
 
 /// The image of a vector.
-pub(super) fn vector(affine: &Affine3A, v: DVec3) -> Vec3 {
+pub fn vector(affine: &Affine3A, v: DVec3) -> Vec3 {
     (linear(affine) * v).as_vec3()
 }
 
 /// The unit image of a normal: by the inverse transpose.
-pub(super) fn normal(affine: &Affine3A, n: DVec3) -> Vec3 {
+pub fn normal(affine: &Affine3A, n: DVec3) -> Vec3 {
     // The cofactor matrix is the inverse transpose times the determinant: no division, so near-singular transforms behave.
     let m = linear(affine);
     let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
@@ -59,7 +61,7 @@ pub(super) fn normal(affine: &Affine3A, n: DVec3) -> Vec3 {
 }
 
 /// A box around the image of the box `low`..`high`, rounded outward.
-pub(super) fn box_bounds(affine: &Affine3A, low: DVec3, high: DVec3) -> (Vec3, Vec3) {
+pub fn box_bounds(affine: &Affine3A, low: DVec3, high: DVec3) -> (Vec3, Vec3) {
     let m = linear(affine);
     let centre = m * ((low + high) * 0.5) + translation(affine);
     let half = (high - low) * 0.5;
@@ -68,7 +70,7 @@ pub(super) fn box_bounds(affine: &Affine3A, low: DVec3, high: DVec3) -> (Vec3, V
 }
 
 /// Rounds a box outward, to f32.
-pub(super) fn outward(low: DVec3, high: DVec3) -> (Vec3, Vec3) {
+pub fn outward(low: DVec3, high: DVec3) -> (Vec3, Vec3) {
     let pad = |v: f32, up: bool| if up { v.next_up().next_up() } else { v.next_down().next_down() };
     let (l, h) = (low.as_vec3(), high.as_vec3());
     (

@@ -1,6 +1,6 @@
 //! Shapes, instances, cameras, and [`trace`]: the one interface to rays, over two backends.
 
-mod affine;
+pub mod affine;
 pub mod bilinear;
 pub mod build;
 pub mod camera;

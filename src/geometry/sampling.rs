@@ -7,8 +7,9 @@
 
 use std::f32::consts::{PI, TAU};
 
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DVec3, Mat3A, Vec2, Vec3};
 
+use super::affine;
 use super::shape::{AreaSample, BilinearMesh, Disk, Shape, ShapeKind, Sphere, TriangleMesh};
 use crate::math::alias::AliasTable;
 use crate::math::robust::gamma;
@@ -157,15 +158,15 @@ impl ShapeSampler {
         normal: Vec3,
         parameters: [f32; 2],
     ) -> Option<ShapeSample> {
-        let inverse_transpose = to_shape.matrix3.inverse().transpose();
-        // The parametrisation's normal turns over under a map that swaps handedness; the outward one does not.
-        let reversed = flip != (to_shape.matrix3.determinant() < 0.0);
-        let ng = (inverse_transpose * normal).try_normalize()?;
+        let ng = affine::normal(to_shape, normal.as_dvec3());
+        if ng == Vec3::ZERO {
+            return None;
+        }
         let magnitude = to_shape.matrix3.abs() * p.abs() + Vec3::from(to_shape.translation.abs());
         let point = AreaSample {
             p: to_shape.transform_point3(p),
             p_error: gamma(12) * magnitude,
-            ng: if reversed { -ng } else { ng },
+            ng: if flip { -ng } else { ng },
             uv: Vec2::from_array(parameters),
             pdf_area: 1.0 / (self.weight * area_scale(&to_shape.matrix3, ng)),
         };
@@ -176,7 +177,9 @@ impl ShapeSampler {
 /// By how much `matrix` enlarges the area of a surface that has the unit normal `normal` after the map: |det M| / |Mᵀn|.
 #[inline]
 pub fn area_scale(matrix: &Mat3A, normal: Vec3) -> f32 {
-    matrix.determinant().abs() / (matrix.transpose() * Vec3A::from(normal)).length()
+    let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| Vec3::from(axis).as_dvec3());
+    let normal = normal.as_dvec3();
+    (x.dot(y.cross(z)).abs() / DVec3::new(x.dot(normal), y.dot(normal), z.dot(normal)).length()) as f32
 }
 
 /// `ng` on the side that `shading` points to, as pbrt orients meshes that have normals.

@@ -33,7 +33,8 @@ pub struct Shape {
     pub alpha: Option<u32>,
     /// Whether the material is `interface`: a medium boundary that blocks nothing.
     pub is_boundary: bool,
-    /// Flip the normal that the parametrisation gives (pbrt: ReverseOrientation xor the transform swaps handedness).
+    /// Flip the normal: by ReverseOrientation, and for meshes also where the transform swaps handedness. (pbrt-v4 flips mirrored quadrics
+    /// too where rays meet them, and not where light is sampled on them.)
     pub flip_normal: bool,
 }
 

@@ -68,11 +68,24 @@ impl Backend {
     pub const DEFAULT: Self = if cfg!(feature = "embree") { Self::Embree } else { Self::Native };
 }
 
+/// A point of a primitive, wherever it appears.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrimitivePoint {
+    /// The shape.
+    pub shape: ShapeId,
+    /// The instance, where the shape belongs to a prototype.
+    pub instance: Option<InstanceId>,
+    /// The primitive within the shape.
+    pub primitive: u32,
+    /// The primitive's own parameters: [`RayHit::uv`].
+    pub uv: [f32; 2],
+}
+
 /// Decides whether a point of a shape with an `alpha` is there for a ray.
 pub trait Opacity: Send + Sync {
-    /// Whether the surface stops the ray with this seed at (primitive, uv) of `shape`. Must give the same answer when asked
-    /// again: robust traversal may ask twice.
-    fn is_opaque(&self, geometry: &Geometry, shape: ShapeId, primitive: u32, uv: [f32; 2], opacity_seed: u32) -> bool;
+    /// Whether the surface stops the ray with this seed at `at`. Must give the same answer when asked again: robust traversal may
+    /// ask twice.
+    fn is_opaque(&self, geometry: &Geometry, at: &PrimitivePoint, opacity_seed: u32) -> bool;
 }
 
 /// Why an acceleration structure could not be built.

@@ -95,18 +95,17 @@ pub fn sample_direct<const MEDIA: bool>(
     let Some(sample) = world.lights.sample(&world.geometry, light, p, time, [u0, u1], u_part) else {
         return Rgb::BLACK;
     };
+    if sample.radiance.is_black() {
+        return Rgb::BLACK;
+    }
     let (f, scatter_pdf) = vertex.scatter(wo, sample.wi);
-    if f.is_black() || sample.radiance.is_black() {
+    if f.is_black() {
         return Rgb::BLACK;
     }
 
-    let ray = Ray {
-        origin: vertex.ray_origin(sample.wi),
-        direction: sample.wi,
-        t_max: sample.distance,
-        time,
-        opacity_seed: random.hash(index, Dimension::Light),
-    };
+    let origin = vertex.ray_origin(sample.wi);
+    let (direction, t_max) = sample.segment(origin);
+    let ray = Ray { origin, direction, t_max, time, opacity_seed: random.hash(index, Dimension::Light) };
     scratch.counters.shadow_rays += 1;
     if world.tracer.occluded(&ray) {
         scratch.counters.shadow_rays_blocked += 1;

@@ -193,7 +193,9 @@ pub fn transmittance(
             }
         }
         if let Some(crossing) = crossings.get(i) {
-            world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering);
+            if !world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering) {
+                scratch.counters.region_overflows += 1;
+            }
             t_start = crossing.t;
         }
     }

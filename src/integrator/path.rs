@@ -200,9 +200,10 @@ pub fn trace_path<const MEDIA: bool>(
         sampled_from = (!sample.is_specular).then_some(point.p);
         if sample.is_transmission {
             eta_scale *= sample.eta * sample.eta;
-            if MEDIA {
-                world.cross(&mut path.regions, point.shape, point.instance, sample.wi.dot(point.ng) < 0.0);
-            }
+        }
+        if MEDIA {
+            // By the geometric normal: with shading normals a reflection may go through, a transmission may stay.
+            world.cross(&mut path.regions, point.shape, point.instance, sample.wi.dot(point.ng) < 0.0);
         }
         let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
         ray = Ray { origin: vertex.ray_origin(sample.wi), direction: sample.wi, t_max: f32::INFINITY, ..ray };

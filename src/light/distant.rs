@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::LightSample;
+use super::{LightEnd, LightSample};
 use crate::math::Rgb;
 
 /// Light from infinitely far away in one direction.
@@ -18,6 +18,6 @@ impl DistantLight {
     /// The only direction there is.
     #[inline]
     pub fn sample(&self) -> Option<LightSample> {
-        Some(LightSample { wi: self.wi, distance: f32::INFINITY, radiance: self.irradiance, pdf: 1.0, is_delta: true })
+        Some(LightSample { wi: self.wi, end: LightEnd::Infinity, radiance: self.irradiance, pdf: 1.0, is_delta: true })
     }
 }

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::LightSample;
 use super::environment::Environment;
+use super::{LightEnd, LightSample};
 use crate::math::Rgb;
 use crate::math::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 
@@ -45,7 +45,7 @@ impl InfiniteLight {
         if radiance.is_black() {
             return None;
         }
-        Some(LightSample { wi, distance: f32::INFINITY, radiance, pdf, is_delta: false })
+        Some(LightSample { wi, end: LightEnd::Infinity, radiance, pdf, is_delta: false })
     }
 
     /// The mean radiance over the sphere.

@@ -12,6 +12,7 @@ pub mod emitters;
 pub mod environment;
 pub mod infinite;
 pub mod point;
+pub mod sample;
 pub mod selector;
 pub mod spot;
 #[cfg(test)]
@@ -30,27 +31,13 @@ pub use distant::DistantLight;
 pub use environment::Environment;
 pub use infinite::InfiniteLight;
 pub use point::PointLight;
+pub use sample::{LightEnd, LightSample};
 pub use selector::{LightSelector, SelectorKind, SelectorScratch};
 pub use spot::SpotLight;
 
 /// A light, by its place in [`Lights`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightId(pub u32);
-
-/// A direction towards a light from a given point, and what arrives along it if nothing is in the way.
-#[derive(Clone, Copy, Debug)]
-pub struct LightSample {
-    /// Unit direction to the light, render space.
-    pub wi: Vec3,
-    /// Distance to it; infinite for infinite lights. Already shortened so that a shadow ray cannot meet the light's own surface.
-    pub distance: f32,
-    /// Radiance that arrives (for Dirac lights: with the inverse square and `pdf` = 1).
-    pub radiance: Rgb,
-    /// Solid-angle pdf of the direction given the light; 1 for Dirac lights. Divide by it in any case.
-    pub pdf: f32,
-    /// No BSDF sample can meet it, so its MIS weight is 1: a Dirac light, or an area light that no ray can meet.
-    pub is_delta: bool,
-}
 
 /// A point on an emitter that a ray has met.
 #[derive(Clone, Copy, Debug)]

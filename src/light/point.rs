@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::LightSample;
+use super::{LightEnd, LightSample};
 use crate::math::Rgb;
 
 /// A point that radiates alike in all directions.
@@ -37,12 +37,11 @@ pub(super) fn towards(light: Vec3, p: Vec3, intensity: impl Fn(Vec3) -> Rgb) -> 
     if !(square > 0.0 && square.is_finite()) {
         return None;
     }
-    let distance = square.sqrt();
-    let wi = to_light / distance;
+    let wi = to_light / square.sqrt();
     let radiance = intensity(-wi) / square;
     if radiance.is_black() || !radiance.is_finite() {
         return None;
     }
-    let distance = super::area::shortened(distance, p, light, 1.0);
-    Some(LightSample { wi, distance, radiance, pdf: 1.0, is_delta: true })
+    let end = LightEnd::Point { p: light, p_error: Vec3::ZERO, ng: Vec3::ZERO };
+    Some(LightSample { wi, end, radiance, pdf: 1.0, is_delta: true })
 }

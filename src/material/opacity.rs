@@ -3,27 +3,43 @@
 use glam::{Vec2, Vec3};
 
 use super::{Materials, TexturePoint};
+use crate::geometry::Geometry;
 use crate::geometry::shape::ShapeKind;
-use crate::geometry::trace::Opacity;
-use crate::geometry::{Geometry, ShapeId};
+use crate::geometry::trace::{Opacity, PrimitivePoint};
 use crate::math::sampler::mix;
 
 impl Opacity for Materials {
-    fn is_opaque(&self, geometry: &Geometry, shape: ShapeId, primitive: u32, uv: [f32; 2], opacity_seed: u32) -> bool {
-        let shape_id = shape;
-        let shape = &geometry.shapes[shape_id.0 as usize];
+    fn is_opaque(&self, geometry: &Geometry, at: &PrimitivePoint, opacity_seed: u32) -> bool {
+        let shape = &geometry.shapes[at.shape.0 as usize];
         let Some(alpha) = shape.alpha.and_then(|alpha| self.alphas.get(alpha as usize)) else { return true };
         // Alpha textures of today depend on uv alone; the position stays out until one needs it.
-        let point = TexturePoint { p: Vec3::ZERO, uv: texture_coordinates(&shape.kind, primitive, uv) };
+        let point = TexturePoint { p: Vec3::ZERO, uv: texture_coordinates(&shape.kind, at.primitive, at.uv) };
         let alpha = alpha.evaluate(&self.textures, &point);
         if alpha >= 1.0 {
             return true;
         }
-        // A function of the address alone: asked again, it answers the same.
-        let hash = mix(mix(u64::from(opacity_seed) << 32 | u64::from(shape_id.0)) ^ u64::from(primitive));
-        let threshold = (hash >> 40) as f32 * (1.0 / 16_777_216.0);
+        let threshold = (address(at, &shape.kind, opacity_seed) >> 40) as f32 * (1.0 / 16_777_216.0);
         threshold < alpha
     }
+}
+
+/// How finely the parameters of a primitive tell its crossings apart.
+const CELLS: f32 = 64.0;
+
+/// A hash of the crossing, so that asked again, the answer is the same. A ray crosses a flat triangle once, but the front and the back of
+/// a sphere are both the same primitive: there the place counts too, coarsely, since backends agree on it only up to rounding.
+fn address(at: &PrimitivePoint, kind: &ShapeKind, opacity_seed: u32) -> u64 {
+    let instance = at.instance.map_or(0, |instance| instance.0.wrapping_add(1));
+    let cell = match kind {
+        ShapeKind::Triangles(_) => 0,
+        _ => {
+            let [u, v] = at.uv.map(|x| (x * CELLS) as u64);
+            u << 32 | v
+        }
+    };
+    let mut hash = mix(u64::from(opacity_seed) << 32 | u64::from(at.shape.0));
+    hash = mix(hash ^ (u64::from(instance) << 32 | u64::from(at.primitive)));
+    if cell == 0 { hash } else { mix(hash ^ cell) }
 }
 
 /// The texture coordinates at a primitive's own parameters `uv` (as in [`crate::geometry::RayHit::uv`]).

@@ -46,6 +46,9 @@ pub enum Dimension {
 
 const DIMENSIONS_PER_VERTEX: u32 = 16;
 
+/// log2 of the length of one Sobol' sequence.
+const SEQUENCE_BITS: u32 = 16;
+
 /// All random numbers of one sample of one pixel.
 #[derive(Clone, Copy)]
 pub struct SamplePoint {
@@ -58,8 +61,12 @@ impl SamplePoint {
     pub fn new(id: SampleId) -> Self {
         let SampleId { seed, pixel: [x, y], sample } = id;
         // openqmc tells pixels apart by the low eight bits of x and y: the rest goes in as a domain of its own.
-        let page = mix(u64::from(x >> 8) << 32 | u64::from(y >> 8)) as i32;
-        let root = SobolSampler::new((x & 255) as i32, (y & 255) as i32, seed as i32, (sample & 0x7fff_ffff) as i32);
+        // Its sequences are 2^16 points long, and it would go on with those of the next frame: the seed is no frame, and both the seed and
+        // the number of the sequence go into the domain too.
+        let sequence = mix(u64::from(seed) << 32 | u64::from(sample >> SEQUENCE_BITS));
+        let page = mix(sequence ^ (u64::from(x >> 8) << 32 | u64::from(y >> 8))) as i32;
+        let in_sequence = (sample & ((1 << SEQUENCE_BITS) - 1)) as i32;
+        let root = SobolSampler::new((x & 255) as i32, (y & 255) as i32, 0, in_sequence);
         let key = mix(mix(u64::from(seed) << 32 | u64::from(sample)) ^ (u64::from(x) << 32 | u64::from(y)));
         Self { root: root.new_domain(page), key }
     }

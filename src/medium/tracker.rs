@@ -31,10 +31,11 @@ struct Flight<'m> {
     /// μ_t of a medium that is the same everywhere.
     constant: Option<Rgb>,
     segments: MajorantIter<'m>,
-    t: f32,
-    t_end: f32,
+    /// Distances are summed in f64: far from the ray's origin the steps of a dense medium are below the last place of an f32.
+    t: f64,
+    t_end: f64,
     majorant: f32,
-    next: f32,
+    next: f64,
 }
 
 impl Flight<'_> {
@@ -53,19 +54,21 @@ impl Flight<'_> {
 
     /// Moves on by an optical depth of `tau` (measured in the majorant); false when the stretch ends before.
     #[inline(always)]
-    fn advance(&mut self, mut tau: f32) -> bool {
+    fn advance(&mut self, tau: f32) -> bool {
+        let mut tau = f64::from(tau);
         loop {
+            let majorant = f64::from(self.majorant);
             // Empty space may reach to infinity: 0 · ∞ must count as no optical depth.
-            let depth = if self.majorant > 0.0 { self.majorant * (self.t_end - self.t) } else { 0.0 };
+            let depth = if majorant > 0.0 { majorant * (self.t_end - self.t) } else { 0.0 };
             if tau < depth {
-                self.t = (self.t + tau / self.majorant).min(self.t_end);
+                self.t = (self.t + tau / majorant).min(self.t_end);
                 self.next = self.t;
                 return true;
             }
             tau -= depth;
             let Some(segment) = self.segments.next() else { return false };
             self.t = self.t_end;
-            self.t_end = segment.t_end;
+            self.t_end = f64::from(segment.t_end);
             self.majorant = segment.majorant;
         }
     }
@@ -96,8 +99,8 @@ impl<'m> Tracker<'m> {
                 Medium::Grid(_) => None,
             };
             let segments = active.majorants(origin, direction, t_start, t_end);
-            let (t, next) = (t_start, f32::INFINITY);
-            let mut flight = Flight { medium, constant, segments, t, t_end: t_start, majorant: 0.0, next };
+            let (t, next) = (f64::from(t_start), f64::INFINITY);
+            let mut flight = Flight { medium, constant, segments, t, t_end: t, majorant: 0.0, next };
             if flight.advance(stream.next_exponential()) {
                 flights.push(flight);
             }
@@ -121,7 +124,7 @@ impl<'m> Tracker<'m> {
         };
         self.pending = Some(nearest);
         let flight = &self.flights[nearest];
-        Some(TentativeCollision { t: flight.next, medium: flight.medium, majorant: flight.majorant })
+        Some(TentativeCollision { t: flight.next as f32, medium: flight.medium, majorant: flight.majorant })
     }
 }
 

@@ -67,15 +67,19 @@ pub fn build_shape(
         }
     };
     params.warn_unused(warnings);
-    let flip_normal = entity.reverse_orientation != placement.swaps_handedness();
-    let shape = |kind| Shape {
-        kind,
+    let shape = |kind: ShapeKind| Shape {
         material: bindings.material,
         light: bindings.light,
         medium_interface: bindings.medium_interface,
         alpha: bindings.alpha,
         is_boundary: bindings.is_boundary,
-        flip_normal,
+        // The normal of a triangle or patch goes by the order of its corners, which a mirror reverses; a quadric's goes by its inside and
+        // outside, which a mirror keeps.
+        flip_normal: match kind_is_quadric(&kind) {
+            true => entity.reverse_orientation,
+            false => entity.reverse_orientation != placement.swaps_handedness(),
+        },
+        kind,
     };
     let shapes: Vec<Shape> = kinds.into_iter().map(shape).collect();
     for shape in shapes.iter().filter(|shape| !matches!(shape.kind, ShapeKind::Triangles(_) | ShapeKind::Bilinear(_))) {
@@ -86,6 +90,10 @@ pub fn build_shape(
         }
     }
     Ok(shapes)
+}
+
+const fn kind_is_quadric(kind: &ShapeKind) -> bool {
+    matches!(kind, ShapeKind::Sphere(_) | ShapeKind::Disk(_))
 }
 
 /// Where a shape goes.

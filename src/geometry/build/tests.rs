@@ -118,11 +118,16 @@ fn defaults_handedness_and_far_places() {
     let ShapeKind::Sphere(sphere) = &shapes[0].kind else { panic!("a sphere was asked for") };
     assert_eq!((sphere.radius, sphere.z_min, sphere.z_max), (1.0, -1.0, 1.0));
     assert!(sphere.is_whole() && !shapes[0].flip_normal);
-    let mut mirrored = entity("sphere", vec![]);
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    assert!(build_in(&mirrored, mirror).0.unwrap()[0].flip_normal);
-    mirrored.reverse_orientation = true;
-    assert!(!build_in(&mirrored, mirror).0.unwrap()[0].flip_normal, "twice is not at all");
+    let triangle = || vec![("P", points(3))];
+    for (kind, params, flips) in
+        [("sphere", vec![], false), ("disk", vec![], false), ("trianglemesh", triangle(), true)]
+    {
+        let mut mirrored = entity(kind, params);
+        assert_eq!(build_in(&mirrored, mirror).0.unwrap()[0].flip_normal, flips, "a mirror keeps a quadric's inside");
+        mirrored.reverse_orientation = true;
+        assert_eq!(build_in(&mirrored, mirror).0.unwrap()[0].flip_normal, !flips);
+    }
 
     // Object coordinates far away that the transform brings home lose nothing on the way.
     let mesh = ParamValue::Vec3(vec![[8388608.0, 0.0, 0.0], [8388609.0, 0.0, 0.0], [8388608.0, 1.0, 0.0]]);

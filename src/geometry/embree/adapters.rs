@@ -1,12 +1,12 @@
 //! Shapes and opacity as the traits that `ffi/embree` calls back.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use ::embree::{Candidate, Filter, UserGeometry, UserHit};
 
 use super::shape_uv;
-use crate::geometry::trace::Opacity;
-use crate::geometry::{Geometry, Shape, ShapeId};
+use crate::geometry::trace::{Opacity, PrimitivePoint};
+use crate::geometry::{Geometry, InstanceId, Shape, ShapeId};
 
 /// A shape that intersects its own primitives.
 pub(super) struct ShapePrimitives {
@@ -43,8 +43,12 @@ impl UserGeometry for ShapePrimitives {
     }
 }
 
+/// The instance of each geometry number of the render-space scene; set once that is built.
+pub(super) type InstanceNumbers = OnceLock<Vec<Option<InstanceId>>>;
+
 /// The opacity of one shape.
 pub(super) struct ShapeOpacity {
+    pub instances: Arc<InstanceNumbers>,
     pub geometry: Arc<Geometry>,
     pub shape: ShapeId,
     pub opacity: Arc<dyn Opacity>,
@@ -53,6 +57,9 @@ pub(super) struct ShapeOpacity {
 impl Filter for ShapeOpacity {
     fn accept(&self, candidate: &Candidate) -> bool {
         let uv = shape_uv(&self.geometry.shapes[self.shape.0 as usize], candidate.hit.uv);
-        self.opacity.is_opaque(&self.geometry, self.shape, candidate.hit.primitive, uv, candidate.ray_id)
+        let number = candidate.hit.instance.zip(self.instances.get());
+        let instance = number.and_then(|(number, instances)| instances[number as usize]);
+        let at = PrimitivePoint { shape: self.shape, instance, primitive: candidate.hit.primitive, uv };
+        self.opacity.is_opaque(&self.geometry, &at, candidate.ray_id)
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ::embree::{CurveKind, Device, Error, HitFilter, Scene, SceneBuilder};
 use glam::Vec3;
 
-use super::adapters::{ShapeOpacity, ShapePrimitives};
+use super::adapters::{InstanceNumbers, ShapeOpacity, ShapePrimitives};
 use super::{is_embree_curve, motion};
 use crate::geometry::curve::Curves;
 use crate::geometry::trace::Opacity;
@@ -44,6 +44,7 @@ struct Builder<'a> {
     device: &'a Arc<Device>,
     geometry: &'a Arc<Geometry>,
     opacity: Option<&'a Arc<dyn Opacity>>,
+    instances: Arc<InstanceNumbers>,
     boundaries: bool,
 }
 
@@ -55,7 +56,7 @@ impl Structure {
         opacity: Option<&Arc<dyn Opacity>>,
         boundaries: bool,
     ) -> Result<Self, Error> {
-        let builder = Builder { device, geometry, opacity, boundaries };
+        let builder = Builder { device, geometry, opacity, instances: Arc::default(), boundaries };
         let mut top = SceneBuilder::new(device, true)?;
         let mut targets = Vec::new();
         for &shape in &geometry.top_level {
@@ -80,6 +81,11 @@ impl Structure {
                 targets.push(Target::Instance { id: InstanceId(id as u32), prototype: instance.prototype });
             }
         }
+        let instance = |target: &Target| match target {
+            Target::Shape(_) => None,
+            Target::Instance { id, .. } => Some(*id),
+        };
+        builder.instances.get_or_init(|| targets.iter().map(instance).collect());
         Ok(Self { scene: top.commit()?, targets, prototypes })
     }
 
@@ -135,6 +141,7 @@ impl Builder<'_> {
         match self.opacity {
             _ if self.boundaries => HitFilter::Collect,
             Some(opacity) if shape.has_opacity() => HitFilter::Test(Arc::new(ShapeOpacity {
+                instances: self.instances.clone(),
                 geometry: self.geometry.clone(),
                 shape: id,
                 opacity: opacity.clone(),

@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use super::super::trace::{Opacity, TraceError};
+use super::super::trace::{Opacity, PrimitivePoint, TraceError};
 use super::super::triangle::ShearedRay;
-use super::super::{Geometry, Shape, ShapeId, ShapeKind};
+use super::super::{Geometry, InstanceId, Shape, ShapeId, ShapeKind};
 use super::bvh::{BoxRay, Bvh};
 
 /// A primitive as the leaves hold it: triangles with their vertices, so that a test reads one place in memory.
@@ -46,6 +46,7 @@ impl LocalRay {
 pub(super) struct Mask<'a> {
     pub geometry: &'a Geometry,
     pub opacity: Option<&'a dyn Opacity>,
+    pub instance: Option<InstanceId>,
     pub seed: u32,
 }
 
@@ -53,7 +54,9 @@ impl Mask<'_> {
     fn stops(&self, hit: &LocalHit) -> bool {
         match self.opacity {
             Some(opacity) if self.geometry.shapes[hit.shape.0 as usize].has_opacity() => {
-                opacity.is_opaque(self.geometry, hit.shape, hit.primitive, hit.uv, self.seed)
+                let LocalHit { shape, primitive, uv, .. } = *hit;
+                let at = PrimitivePoint { shape, instance: self.instance, primitive, uv };
+                opacity.is_opaque(self.geometry, &at, self.seed)
             }
             _ => true,
         }

@@ -136,7 +136,7 @@ impl NativeTracer {
     }
 
     fn mask(&self, ray: &Ray) -> Mask<'_> {
-        Mask { geometry: &self.geometry, opacity: self.opacity.as_deref(), seed: ray.opacity_seed }
+        Mask { geometry: &self.geometry, opacity: self.opacity.as_deref(), instance: None, seed: ray.opacity_seed }
     }
 
     /// The closest hit before `ray.t_max` on anything but boundaries.
@@ -149,7 +149,7 @@ impl NativeTracer {
         let mut best = self.surfaces.top_level.closest(&outer, ray.t_max, &mask).map(|hit| world_hit(hit, None));
         let mut limit = best.map_or(ray.t_max, |hit| hit.t);
         self.surfaces.each_instance(&self.geometry, ray, &outer, &mut limit, |instance, group, local, limit| {
-            if let Some(hit) = group.closest(local, *limit, &mask) {
+            if let Some(hit) = group.closest(local, *limit, &Mask { instance: Some(instance), ..mask }) {
                 *limit = hit.t;
                 best = Some(world_hit(hit, Some(instance)));
             }
@@ -167,8 +167,8 @@ impl NativeTracer {
         let outer = LocalRay::new(ray.origin, ray.direction);
         let mut limit = ray.t_max;
         self.surfaces.top_level.occluded(&outer, ray.t_max, &mask)
-            || self.surfaces.each_instance(&self.geometry, ray, &outer, &mut limit, |_, group, local, limit| {
-                group.occluded(local, *limit, &mask)
+            || self.surfaces.each_instance(&self.geometry, ray, &outer, &mut limit, |instance, group, local, limit| {
+                group.occluded(local, *limit, &Mask { instance: Some(instance), ..mask })
             })
     }
 

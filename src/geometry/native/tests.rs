@@ -6,7 +6,7 @@ use glam::{Affine3A, DAffine3, DQuat, DVec3, Quat, Vec3};
 
 use super::NativeTracer;
 use crate::geometry::fixtures::*;
-use crate::geometry::trace::Opacity;
+use crate::geometry::trace::{Opacity, PrimitivePoint};
 use crate::geometry::{
     BoundaryCrossing, Geometry, Instance, InstanceId, MotionTransform, Prototype, Ray, RayHit, ShapeId, ShapeKind,
     affine,
@@ -17,8 +17,8 @@ use crate::math::transform::Decomposed;
 struct Holes;
 
 impl Opacity for Holes {
-    fn is_opaque(&self, _: &Geometry, _: ShapeId, _: u32, uv: [f32; 2], _: u32) -> bool {
-        uv[0] >= 0.4
+    fn is_opaque(&self, _: &Geometry, at: &PrimitivePoint, _: u32) -> bool {
+        at.uv[0] >= 0.4
     }
 }
 
@@ -32,7 +32,8 @@ fn brute_force(geometry: &Geometry, ray: &Ray, opacity: Option<&dyn Opacity>) ->
             let limit = best.map_or(ray.t_max, |b| b.t);
             while let Some((t, uv)) = shape.intersect(primitive, origin, direction, start, limit) {
                 start = t;
-                if shape.has_opacity() && !opacity.is_none_or(|o| o.is_opaque(geometry, id, primitive, uv, 0)) {
+                let at = PrimitivePoint { shape: id, instance, primitive, uv };
+                if shape.has_opacity() && !opacity.is_none_or(|o| o.is_opaque(geometry, &at, 0)) {
                     continue;
                 }
                 best = Some(RayHit { t, shape: id, instance, primitive, uv });

@@ -33,8 +33,7 @@ pub fn area(shape: &Shape, to_render: Option<&Affine3A>) -> f32 {
         ShapeKind::Sphere(sphere) => f64::from(sphere_area(sphere, &all(&sphere.to_shape))),
         ShapeKind::Disk(disk) => {
             let to_render = all(&disk.to_shape);
-            let scale =
-                normal_to_render(&to_render.matrix3, Vec3::Z).map_or(0.0, |n| area_scale(&to_render.matrix3, n));
+            let scale = normal_to_render(&to_render, Vec3::Z).map_or(0.0, |n| area_scale(&to_render.matrix3, n));
             let squares = disk.radius * disk.radius - disk.inner_radius * disk.inner_radius;
             f64::from(0.5 * disk.phi_max * squares * scale)
         }
@@ -127,7 +126,7 @@ fn normals(shape: &Shape, to_render: Option<&Affine3A>) -> (Vec3, f32) {
     let everywhere = (Vec3::Z, -1.0);
     let place = |n: Vec3| match to_render {
         None => n.try_normalize(),
-        Some(m) => normal_to_render(&m.matrix3, n),
+        Some(m) => normal_to_render(m, n),
     };
     let mut sum = Vec3::ZERO;
     if for_each_normal(shape, &mut |n| sum += n).is_none() {
@@ -168,8 +167,7 @@ fn for_each_normal(shape: &Shape, visit: &mut dyn FnMut(Vec3)) -> Option<()> {
             }
         }
         ShapeKind::Disk(disk) => {
-            let swapped = if disk.to_shape.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
-            visit(disk.to_shape.matrix3.inverse().transpose() * Vec3::Z * sign * swapped);
+            visit(disk.normal() * sign);
         }
         ShapeKind::Sphere(_) | ShapeKind::Curves(_) => return None,
     }

@@ -5,15 +5,15 @@
 
 pub mod extent;
 
-use glam::{Affine3A, Mat3A, Vec3};
+use glam::{Affine3A, Vec3};
 
-use super::{EmitterHit, LightSample};
+use super::{EmitterHit, LightEnd, LightSample};
+use crate::geometry::affine;
 use crate::geometry::sampling::{ShapeSampler, area_scale, round_sphere};
-use crate::geometry::trace::Opacity;
+use crate::geometry::trace::{Opacity, PrimitivePoint};
 use crate::geometry::{Geometry, InstanceId, Shape, ShapeId, ShapeKind};
 use crate::math::Rgb;
 use crate::math::frame::Frame;
-use crate::math::robust::gamma;
 use crate::math::sampler::mix;
 use crate::math::warp::{uniform_cone, uniform_cone_pdf};
 
@@ -87,15 +87,16 @@ impl AreaLight {
         if self.by_cone
             && let Some(cone) = Cone::new(shape, to_render.as_ref(), p)
         {
-            return self.sample_cone(&cone, shape, p, u);
+            return self.sample_cone(&cone, shape, u);
         }
         let sample = sampler.sample(shape, u, u_part)?;
         let point = sample.point;
-        let (target, ng, mut pdf_area) = match &to_render {
-            None => (point.p, point.ng, point.pdf_area),
+        let (target, p_error, ng, mut pdf_area) = match &to_render {
+            None => (point.p, point.p_error, point.ng, point.pdf_area),
             Some(m) => {
-                let ng = normal_to_render(&m.matrix3, point.ng)?;
-                (m.transform_point3(point.p), ng, point.pdf_area / area_scale(&m.matrix3, ng))
+                let ng = normal_to_render(m, point.ng)?;
+                let (target, p_error) = affine::point_with_error(m, point.p, point.p_error);
+                (target, p_error, ng, point.pdf_area / area_scale(&m.matrix3, ng))
             }
         };
         let to_light = target - p;
@@ -103,8 +104,7 @@ impl AreaLight {
         if !(square > 0.0 && square.is_finite()) {
             return None;
         }
-        let distance = square.sqrt();
-        let wi = to_light / distance;
+        let wi = to_light / square.sqrt();
         let cos = ng.dot(wi).abs();
         let radiance = self.emitted(ng, -wi);
         if radiance.is_black() || cos == 0.0 {
@@ -113,7 +113,9 @@ impl AreaLight {
         if let (Some(opacity), Some(_), false) = (opacity, shape.alpha, self.invisible) {
             // The same chance to be there that a ray that meets the point gives it.
             let seed = mix(u64::from(u[0].to_bits()) << 32 | u64::from(u[1].to_bits())) ^ mix(u_part.to_bits());
-            if !opacity.is_opaque(geometry, self.shape, sample.primitive, sample.parameters, seed as u32) {
+            let (shape, instance) = (self.shape, self.instance);
+            let at = PrimitivePoint { shape, instance, primitive: sample.primitive, uv: sample.parameters };
+            if !opacity.is_opaque(geometry, &at, seed as u32) {
                 return None;
             }
         }
@@ -121,36 +123,19 @@ impl AreaLight {
         if !(pdf_area > 0.0 && pdf_area.is_finite()) {
             return None;
         }
-        let distance = shortened(distance, p, target, cos);
-        Some(LightSample { wi, distance, radiance, pdf: pdf_area, is_delta: self.invisible })
+        let end = LightEnd::Point { p: target, p_error, ng };
+        Some(LightSample { wi, end, radiance, pdf: pdf_area, is_delta: self.invisible })
     }
 
-    fn sample_cone(&self, cone: &Cone, shape: &Shape, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        let local = uniform_cone(u, cone.one_minus_cos);
-        let wi = Frame::from_z(cone.axis).to_world(local).normalize();
-        let sin_squared = local.x * local.x + local.y * local.y;
-        let square = cone.distance * cone.distance;
-        // Near the rim the square root magnifies rounding: any distance within the error is taken as the nearest one.
-        let half_chord = cone.radius * cone.radius - square * sin_squared;
-        let error = gamma(16) * (square + cone.radius * (p.length() + cone.centre.length()));
-        let nearest = cone.distance * local.z - half_chord.max(0.0).sqrt();
-        let safest = cone.distance * local.z - (half_chord + error).max(0.0).sqrt();
-        let safest = safest.max(shortened(cone.distance - cone.radius, p, cone.centre, 1.0));
-        let ng = (p + nearest * wi - cone.centre).normalize_or(-cone.axis);
-        let inward = shape.flip_normal != handedness_swapped(shape);
-        let radiance = self.emitted(if inward { -ng } else { ng }, -wi);
-        if radiance.is_black() {
+    /// From outside only the outer side of a sphere is seen: light that leaves inwards does not come this way.
+    fn sample_cone(&self, cone: &Cone, shape: &Shape, u: [f32; 2]) -> Option<LightSample> {
+        if self.radiance.is_black() || (shape.flip_normal && !self.two_sided) {
             return None;
         }
-        let distance = safest.min(shortened(nearest, p, cone.centre, 1.0));
+        let wi = Frame::from_z(cone.axis).to_world(uniform_cone(u, cone.one_minus_cos)).normalize();
         let pdf = uniform_cone_pdf(cone.one_minus_cos);
-        (distance > 0.0 && pdf.is_finite()).then_some(LightSample {
-            wi,
-            distance,
-            radiance,
-            pdf,
-            is_delta: self.invisible,
-        })
+        let end = LightEnd::Sphere { centre: cone.centre, radius: cone.radius };
+        pdf.is_finite().then_some(LightSample { wi, end, radiance: self.radiance, pdf, is_delta: self.invisible })
     }
 
     /// The solid-angle pdf with which [`AreaLight::sample`] from `p` takes the unit direction `wi` that meets `hit`.
@@ -184,8 +169,6 @@ struct Cone {
     radius: f32,
     /// Unit direction to the centre.
     axis: Vec3,
-    /// Distance to the centre.
-    distance: f32,
     one_minus_cos: f32,
 }
 
@@ -207,23 +190,11 @@ impl Cone {
         // 1 − cos θ_max without cancellation for spheres that look like points.
         let one_minus_cos = sin * sin / (1.0 + (1.0 - sin * sin).max(0.0).sqrt());
         let pdf = uniform_cone_pdf(one_minus_cos);
-        pdf.is_finite().then_some(Self { centre, radius, axis: to_centre / distance, distance, one_minus_cos })
+        pdf.is_finite().then_some(Self { centre, radius, axis: to_centre / distance, one_minus_cos })
     }
 }
 
-fn handedness_swapped(shape: &Shape) -> bool {
-    matches!(&shape.kind, ShapeKind::Sphere(sphere) if sphere.to_shape.matrix3.determinant() < 0.0)
-}
-
 /// A unit normal under an affine map.
-pub(in crate::light) fn normal_to_render(matrix: &Mat3A, normal: Vec3) -> Option<Vec3> {
-    (matrix.inverse().transpose() * normal).try_normalize()
-}
-
-/// `distance` less what rounding at both ends (positions, the ray's offset origin) can amount to along a ray that meets the
-/// light at `cos` to its normal. At most a hundredth is taken off.
-#[inline]
-pub(in crate::light) fn shortened(distance: f32, p: Vec3, light: Vec3, cos: f32) -> f32 {
-    let error = gamma(64) * (p.abs().max_element() + light.abs().max_element() + distance) / cos.max(1e-3);
-    distance - error.min(0.01 * distance)
+pub(in crate::light) fn normal_to_render(to_render: &Affine3A, normal: Vec3) -> Option<Vec3> {
+    Some(affine::normal(to_render, normal.as_dvec3())).filter(|normal| *normal != Vec3::ZERO)
 }

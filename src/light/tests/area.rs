@@ -172,7 +172,7 @@ fn check_cone(centre: Vec3, radius: f32, p: Vec3, seed: u64) {
             primitive: 0,
             parameters: [0.0; 2],
             instance: None,
-            p: p + s.wi * s.distance,
+            p: p + s.wi * s.segment(p).1,
             ng: -s.wi,
             uv: Vec2::ZERO,
             time: 0.0,
@@ -212,8 +212,8 @@ fn from_inside_a_sphere_everything_glows() {
         let (geometry, lights) = one(sphere(Vec3::ZERO, 1.0), false, true);
         irradiance(&geometry, &lights, 0, p, Vec3::Z, SAMPLES, 30 + seed as u64).must_be(PI, "inside");
         let stretched = stretched_sphere(Affine3A::from_scale(Vec3::new(1.0, 3.0, -1.2)), 1.0);
-        // The map mirrors: the parametrisation's normal points inwards, and ReverseOrientation was not said.
-        let (geometry, lights) = one(stretched, false, false);
+        // The map mirrors: inside stays inside.
+        let (geometry, lights) = one(stretched, false, true);
         irradiance(&geometry, &lights, 0, p, Vec3::Z, SAMPLES, 40 + seed as u64).must_be(PI, "inside an ellipsoid");
         let (geometry, lights) = one(sphere(Vec3::ZERO, 1.0), false, false);
         assert!(lights.sample(&geometry, LightId(0), p, 0.0, [0.3, 0.6], 0.0).is_none(), "it emits outwards only");
@@ -300,14 +300,19 @@ fn shadow_rays_end_before_the_light() {
                 let wi = s.wi.as_dvec3().normalize();
                 let along = to_centre.dot(wi);
                 let half = (f64::from(0.5 * scale)).powi(2) - (to_centre.length_squared() - along * along);
+                let distance = f64::from(s.segment(p).1);
                 if half >= 0.0 {
-                    assert!(f64::from(s.distance) < along - half.sqrt(), "it would meet the sphere");
+                    assert!(distance < along - half.sqrt(), "it would meet the sphere");
                 }
-                assert!(f64::from(s.distance) > 0.97 * (to_centre.length() - f64::from(0.5 * scale)), "too short");
+                assert!(distance > 0.97 * (to_centre.length() - f64::from(0.5 * scale)), "too short");
             }
             if let Some(s) = flat.sample(&flat_geometry, LightId(0), p, 0.0, u, 0.0) {
-                let t = f64::from(centre.y - p.y) / f64::from(s.wi.y);
-                assert!(f64::from(s.distance) < t && f64::from(s.distance) > 0.98 * t);
+                // From the receiver's point, and from where an offset has moved the ray's origin to.
+                for origin in [p, p + Vec3::new(0.02, -0.05, 0.03) * scale] {
+                    let (direction, distance) = s.segment(origin);
+                    let t = f64::from(centre.y - origin.y) / f64::from(direction.y);
+                    assert!(f64::from(distance) < t && f64::from(distance) > 0.98 * t, "{distance} of {t}");
+                }
             }
         }
     }

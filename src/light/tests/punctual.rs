@@ -13,7 +13,8 @@ fn a_point_light_falls_off_with_the_square_of_distance() {
     let light = PointLight { p: Vec3::new(0.0, 0.0, 2.0), intensity: Rgb::splat(8.0) };
     let s = light.sample(Vec3::ZERO).expect("it is somewhere else");
     assert_eq!((s.wi, s.radiance, s.pdf, s.is_delta), (Vec3::Z, Rgb::splat(2.0), 1.0, true));
-    assert!(s.distance < 2.0 && s.distance > 1.999);
+    assert!((1.999..2.0).contains(&s.segment(Vec3::ZERO).1));
+    assert_eq!(s.segment(Vec3::Z * 2.5).1, 0.0, "the offset reached beyond it");
     assert!(light.sample(light.p).is_none(), "no direction from its own place");
     assert!((light.power()[0] / (32.0 * std::f32::consts::PI) - 1.0).abs() < 1e-6);
 }
@@ -50,7 +51,8 @@ fn distant_light_is_the_same_everywhere() {
     let mut lights = Lights::default();
     let id = lights.add_distant(DistantLight { wi: Vec3::Y, irradiance: Rgb::splat(3.0) });
     let s = lights.sample(&Geometry::default(), id, Vec3::splat(7.0), 0.0, [0.0; 2], 0.0).expect("it is everywhere");
-    assert_eq!((s.wi, s.radiance, s.pdf, s.distance, s.is_delta), (Vec3::Y, Rgb::splat(3.0), 1.0, f32::INFINITY, true));
+    assert_eq!((s.wi, s.radiance, s.pdf, s.is_delta), (Vec3::Y, Rgb::splat(3.0), 1.0, true));
+    assert_eq!(s.segment(Vec3::ONE), (Vec3::Y, f32::INFINITY));
     lights.set_scene_bounds(Vec3::splat(-1.0), Vec3::splat(1.0));
     assert!((lights.power(id)[0] / (3.0 * std::f32::consts::PI * 3.0) - 1.0).abs() < 1e-6);
     assert!(lights.infinite().is_empty(), "no ray that leaves the scene sees it");

@@ -6,7 +6,7 @@ use glam::{DMat4, Vec2};
 
 use super::*;
 use crate::geometry::shape::{Shape, ShapeId, ShapeKind, TriangleMesh};
-use crate::geometry::trace::Opacity;
+use crate::geometry::trace::{Opacity, PrimitivePoint};
 use crate::geometry::{Geometry, SurfacePoint};
 use crate::material::{MaterialId, Materials};
 use crate::math::transform::Animated;
@@ -252,7 +252,10 @@ fn alpha_is_a_repeatable_probability() {
         flip_normal: false,
     };
     let geometry = Geometry { shapes: vec![shape(third), shape(mask), shape(None)], ..Geometry::default() };
-    let opaque = |shape, uv, seed| materials.is_opaque(&geometry, ShapeId(shape), 0, uv, seed);
+    let opaque = |shape, uv, seed| {
+        let at = PrimitivePoint { shape: ShapeId(shape), instance: None, primitive: 0, uv };
+        materials.is_opaque(&geometry, &at, seed)
+    };
     let count = (0..10_000).filter(|&seed| opaque(0, [0.2, 0.2], seed)).count();
     // Six standard deviations.
     assert!(count.abs_diff(3000) < 275, "{count}");

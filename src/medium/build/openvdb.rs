@@ -212,7 +212,7 @@ mod reading {
         let le = radiance(params, "Le")?;
         let direct = params.bool("emissiondirect", false)?;
         let kelvin = adjustment(params, "temperature")?;
-        let reference = factor(params, "temperaturereference", 1500.0)?;
+        let reference = params.positive("temperaturereference", 1500.0)?;
         let emission = match (params.string("temperature")?, emission_grid) {
             (Some(name), scale) => {
                 let number = source.find("temperature", name)?;

@@ -167,11 +167,8 @@ pub fn rgb_grid(
             .map_or(Vec3::ONE, |v| Vec3::from_array(v[i].map(|c| if c.is_finite() { c.max(0.0) } else { 0.0 })))
     };
     let extinction = |i: usize| (part(&sigma_a, i) + part(&sigma_s, i)).max_element().min(f32::MAX);
-    let mut bound = lattice.field(ScalarGrid::Single(Arc::new(SparseGrid::from_dense(lattice.size, extinction, 0.0))));
-    if sigma_a.is_none() || sigma_s.is_none() {
-        // A constant 1 does not fade towards the box's sides, the bound's grid would.
-        bound.offset = 1.0;
-    }
+    // A constant 1 does not fade towards the box's sides as this grid does; but bounds are those of whole cells, which do not fade.
+    let bound = lattice.field(ScalarGrid::Single(Arc::new(SparseGrid::from_dense(lattice.size, extinction, 0.0))));
     let absorption_colour = sigma_a.as_deref().map(|v| lattice.vectors(v));
     let scattering_colour = sigma_s.as_deref().map(|v| lattice.vectors(v));
     let emission = le.map(|values| Emission {

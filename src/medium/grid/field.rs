@@ -116,7 +116,8 @@ impl AnyGrid {
         }
     }
 
-    fn background(&self) -> Vec3 {
+    /// The value where nothing is stored.
+    pub fn background(&self) -> Vec3 {
         match self {
             Self::Scalar(grid) => Vec3::splat(grid.background()),
             Self::Vector(grid) => grid.background(),

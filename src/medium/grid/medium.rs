@@ -53,8 +53,11 @@ pub struct GridMedium {
     shared: bool,
 }
 
-/// Cells along the longest side of the majorant grid of a grid in a frustum.
-const FRUSTUM_CELLS: f64 = 96.0;
+/// Cells along the longest side of a majorant grid that does not follow the density's lattice.
+const OWN_CELLS: f64 = 96.0;
+
+/// Voxels of emission larger than this many of density's have cells of their own.
+const COARSEST_EMISSION: f32 = 16.0;
 
 /// A margin for rounding in the bounds themselves.
 const ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
@@ -79,20 +82,32 @@ impl GridMedium {
             _ => None,
         });
 
-        let background = bound(source.grid.background());
+        // Cells are those of the density's own lattice, but for frustums, which have no straight one, and for emission that is so much
+        // coarser that each of its voxels would raise a great many of them.
+        let direct = emission_field.map(|(_, field)| field);
+        let edge = |field_map: &IndexMap| voxel_edge(field_map.local_from_render());
+        let own_lattice = source.map.is_linear()
+            && direct.is_none_or(|field| edge(&field.map) <= COARSEST_EMISSION * edge(&source.map));
+        let cells_from_render =
+            if own_lattice { *source.map.local_from_render() } else { cells_of_their_own(source, direct) };
+        // Emission that does not depend on density is met only where collisions are: so there must be some, also outside of what is
+        // stored.
+        let voxel = voxel_edge(&cells_from_render);
+        let glow = |emission: &Emission, field: &Field<AnyGrid>, value: f32| {
+            (emission.radiance.max_channel() * field.bound(value)).min(1.0 / voxel)
+        };
+        let background = emission_field
+            .map_or(0.0, |(emission, field)| glow(emission, field, field.grid.background().max_element()));
+        let background = background.max(bound(source.grid.background()));
         let mut builder = MajorantsBuilder::new(background);
-        let mut cells_from_render = *source.map.local_from_render();
-        if source.map.is_linear() {
+        if own_lattice {
             with_scalar!(&source.grid, grid => builder.add(grid, bound));
         } else {
-            cells_from_render = frustum_cells(source, emission_field.map(|(_, field)| field));
             let place = |low: IVec3, high: IVec3| cells_box(&cells_from_render, &source.map, low, high);
             with_scalar!(&source.grid, grid => add_placed(&mut builder, grid, bound, place));
         }
-        // Emission that does not depend on density is met only where collisions are: so there must be some.
         if let Some((emission, field)) = emission_field {
-            let voxel = voxel_edge(&cells_from_render);
-            let most = |value: f32| (emission.radiance.max_channel() * field.bound(value)).min(1.0 / voxel);
+            let most = |value: f32| glow(emission, field, value);
             let place = |low: IVec3, high: IVec3| cells_box(&cells_from_render, &field.map, low, high);
             match &field.grid {
                 AnyGrid::Scalar(grid) => {
@@ -274,8 +289,8 @@ fn voxel_edge(index_from_render: &DAffine3) -> f32 {
     m.x_axis.length().min(m.y_axis.length()).min(m.z_axis.length()).max(f64::from(f32::MIN_POSITIVE)) as f32
 }
 
-/// A grid of cells (8 "voxels" each) in render space around a grid whose own index space is not straight.
-fn frustum_cells(source: &Field<ScalarGrid>, more: Option<&Field<AnyGrid>>) -> DAffine3 {
+/// A grid of cells (8 "voxels" each) in render space around all that is stored.
+fn cells_of_their_own(source: &Field<ScalarGrid>, more: Option<&Field<AnyGrid>>) -> DAffine3 {
     let boxes =
         [source.grid.bounds().map(|b| (b, source.map)), more.and_then(|field| Some((field.grid.bounds()?, field.map)))];
     let mut all = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -287,7 +302,7 @@ fn frustum_cells(source: &Field<ScalarGrid>, more: Option<&Field<AnyGrid>>) -> D
     if !(size > 0.0 && size.is_finite()) {
         return DAffine3::IDENTITY;
     }
-    let scale = 8.0 * FRUSTUM_CELLS / size;
+    let scale = 8.0 * OWN_CELLS / size;
     DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-all.0)
 }
 

@@ -153,13 +153,13 @@ impl<'a> GeometryBuilder<'a> {
         let material = MaterialId(entity.material.0);
         let is_boundary = self.materials.is_interface(material);
         let interface = entity.medium_interface.as_deref().and_then(|names| self.media.numbers.get(names)).copied();
-        if is_boundary && interface.is_none() {
-            return Ok(vec![]);
-        }
         let area_light = entity.area_light.filter(|_| may_emit);
         if is_boundary && area_light.is_some() {
             let message = "an area light on a shape of material \"interface\" is ignored";
             self.warnings.add(Some(entity.entity.span()), message);
+        }
+        if is_boundary && interface.is_none() {
+            return Ok(vec![]);
         }
         // As in pbrt, an emitter with an alpha of 0 lights the scene but is not seen.
         let is_invisible = entity.entity.params.float_texture("alpha")? == Some(TextureOr::Value(0.0));

@@ -7,15 +7,17 @@ use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use super::*;
 use crate::geometry::native::NativeTracer;
 use crate::geometry::shape::{BilinearMesh, Sphere};
-use crate::geometry::trace::Opacity;
+use crate::geometry::trace::{Opacity, PrimitivePoint};
 use crate::math::transform::Decomposed;
 
 /// A chequerboard of the parameters, drawn anew for each seed.
 struct Chequered;
 
 impl Opacity for Chequered {
-    fn is_opaque(&self, _: &Geometry, _: ShapeId, primitive: u32, uv: [f32; 2], seed: u32) -> bool {
-        let square = (4.0 * uv[0]) as u32 + (4.0 * uv[1]) as u32 + primitive + seed;
+    fn is_opaque(&self, _: &Geometry, at: &PrimitivePoint, seed: u32) -> bool {
+        // Each instance has holes of its own.
+        let place = at.primitive + at.instance.map_or(0, |instance| instance.0 + 1);
+        let square = (4.0 * at.uv[0]) as u32 + (4.0 * at.uv[1]) as u32 + place + seed;
         square.is_multiple_of(2)
     }
 }

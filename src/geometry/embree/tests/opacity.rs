@@ -6,13 +6,14 @@ use glam::{Affine3A, Vec3};
 
 use super::*;
 use crate::geometry::shape::Sphere;
-use crate::geometry::trace::Opacity;
+use crate::geometry::trace::{Opacity, PrimitivePoint};
 
 /// Half of (primitive, seed) pairs are holes, and the lower half of spheres.
 struct Lottery;
 
 impl Opacity for Lottery {
-    fn is_opaque(&self, geometry: &Geometry, shape: ShapeId, primitive: u32, uv: [f32; 2], seed: u32) -> bool {
+    fn is_opaque(&self, geometry: &Geometry, at: &PrimitivePoint, seed: u32) -> bool {
+        let PrimitivePoint { shape, primitive, uv, .. } = *at;
         match &geometry.shapes[shape.0 as usize].kind {
             ShapeKind::Sphere(_) => uv[1] > 0.5,
             _ => {
@@ -45,7 +46,8 @@ fn filtered_hits_agree_with_brute_force_and_repeat() {
             for primitive in 0..shape.primitive_count() {
                 let hit = shape.intersect(primitive, ray.origin, ray.direction, 0.0, f32::INFINITY);
                 let Some((t, uv)) = hit else { continue };
-                let solid = id.0 == 1 || Lottery.is_opaque(&geometry, id, primitive, uv, seed);
+                let solid = id.0 == 1
+                    || Lottery.is_opaque(&geometry, &PrimitivePoint { shape: id, instance: None, primitive, uv }, seed);
                 if solid && best.is_none_or(|(best, ..)| t < best) {
                     best = Some((t, id, primitive));
                 }
@@ -89,7 +91,7 @@ fn far_side_shows_through_a_hole_in_a_quadric() {
 fn shapes_without_alpha_are_not_asked() {
     struct Never;
     impl Opacity for Never {
-        fn is_opaque(&self, _: &Geometry, _: ShapeId, _: u32, _: [f32; 2], _: u32) -> bool {
+        fn is_opaque(&self, _: &Geometry, _: &PrimitivePoint, _: u32) -> bool {
             panic!("asked");
         }
     }
@@ -102,7 +104,7 @@ fn shapes_without_alpha_are_not_asked() {
 fn a_panic_in_opacity_arrives_in_the_asking_thread() {
     struct Fails;
     impl Opacity for Fails {
-        fn is_opaque(&self, _: &Geometry, _: ShapeId, _: u32, _: [f32; 2], _: u32) -> bool {
+        fn is_opaque(&self, _: &Geometry, _: &PrimitivePoint, _: u32) -> bool {
             panic!("opacity failed");
         }
     }
