@@ -264,10 +264,13 @@ fn a_second_interrupt_ends_at_once() {
     let folder = lamp("twice");
     folder.write("lamp.exr", "precious");
     let running = endless(&folder);
+    let start = Instant::now();
     running.signal("INT");
     running.signal("INT");
     let run = running.end();
-    assert_eq!(run.code, Some(130));
+    assert_eq!(run.code, Some(130), "{}", run.err);
+    assert!(start.elapsed() < Duration::from_secs(20), "it took {:?}", start.elapsed());
+    assert!(names(&folder).iter().all(|name| !name.starts_with(".lanternfish")), "left behind: {:?}", names(&folder));
     // Either it was quick enough to write the image, whole, or the old one is there.
     if folder.read("lamp.exr") != b"precious" {
         lanternfish::film::exr::read_exr_layers(&folder.path("lamp.exr")).expect("a whole image");

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::ExitStatus;
-use crate::system::output::remove_unfinished;
+use crate::system::output::exit_at_once;
 
 /// What has been asked for, and whether there is anything to keep.
 #[derive(Default)]
@@ -24,9 +24,8 @@ impl Interrupts {
         let _ = ctrlc::set_handler(move || {
             let is_first = !heard.stop.swap(true, Ordering::Relaxed);
             if !(is_first && heard.rendering.load(Ordering::Relaxed)) {
-                remove_unfinished();
                 eprintln!("interrupted");
-                std::process::exit(ExitStatus::Interrupted as i32);
+                exit_at_once(ExitStatus::Interrupted as i32);
             }
         });
         state

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
-/// Files under a temporary name right now, for [`remove_unfinished`].
+/// Files under a temporary name right now, for [`exit_at_once`].
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Why a file was not written.
@@ -58,7 +58,7 @@ fn is_device(_: &std::fs::Metadata) -> bool {
     false
 }
 
-/// A temporary file that [`remove_unfinished`] knows of.
+/// A temporary file that [`exit_at_once`] knows of.
 struct Unfinished(NamedTempFile);
 
 impl Unfinished {
@@ -135,11 +135,14 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     check().map_err(|e| OutputError::new(path, e))
 }
 
-/// Removes what [`write_atomically`] is writing at this moment: for a process about to end at once.
-pub fn remove_unfinished() {
-    for path in UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+/// Ends the process at once, without what [`write_atomically`] is writing at this moment.
+pub fn exit_at_once(code: i32) -> ! {
+    // Held to the end, so that a writer whose file is taken away here waits instead of ending the process with an error of its own.
+    let mut unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in unfinished.drain(..) {
         let _ = std::fs::remove_file(path);
     }
+    std::process::exit(code)
 }
 
 #[cfg(test)]
