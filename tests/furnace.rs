@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 const DOME: &str = "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
 const SPHERE: &str = "Shape \"sphere\" \"float radius\" 1\n";
 /// Bounces without limit in practice.
-const FOREVER: u32 = 1_000_000;
+const FOREVER: u32 = 2_000_000_000;
 
 fn shot() -> Shot {
     Shot { depth: FOREVER, size: 8, ..Shot::default() }

@@ -154,7 +154,9 @@ fn render(what: &str, path: &Path, spp: u32, seed: u32) -> (Grey, f64) {
     let options = Options { spp, seed, threads: 1, ..Options::default() };
     let (outcome, warnings) = render_file(path, &options).expect("the scene renders");
     assert_eq!(outcome.film.rejected().0, 0, "{what}: samples were NaN or infinite");
-    assert_eq!(warnings.list().len(), 0, "{what}: {:?}", warnings.list());
+    // The scenes say how pbrt-v4 should choose lights and store pixels.
+    let doubts: Vec<_> = warnings.list().iter().filter(|warning| !warning.message.contains("is ignored: ")).collect();
+    assert!(doubts.is_empty(), "{what}: {doubts:?}");
     (Grey::new(&outcome.film.channels()), start.elapsed().as_secs_f64())
 }
 

@@ -4,6 +4,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::iterator::Signals;
+
 use super::ExitStatus;
 use crate::system::output::exit_at_once;
 
@@ -16,18 +19,22 @@ pub struct Interrupts {
 }
 
 impl Interrupts {
-    /// Listens from now on.
+    /// Listens from now on. A limit on the size of files becomes an error of the write that meets it, instead of the end of the process.
     pub fn listen() -> Arc<Self> {
         let state = Arc::new(Self::default());
         let heard = state.clone();
-        // Where no handler can be installed (there is one already), the default one ends the process: nothing is half-written.
-        let _ = ctrlc::set_handler(move || {
-            let is_first = !heard.stop.swap(true, Ordering::Relaxed);
-            if !(is_first && heard.rendering.load(Ordering::Relaxed)) {
-                eprintln!("interrupted");
-                exit_at_once(ExitStatus::Interrupted as i32);
-            }
-        });
+        // Where no handler can be installed, the default one ends the process: nothing is half-written.
+        if let Ok(mut signals) = Signals::new([SIGINT, SIGTERM, SIGHUP, SIGXFSZ]) {
+            std::thread::spawn(move || {
+                for _ in signals.forever().filter(|&signal| signal != SIGXFSZ) {
+                    let is_first = !heard.stop.swap(true, Ordering::Relaxed);
+                    if !(is_first && heard.rendering.load(Ordering::Relaxed)) {
+                        eprintln!("interrupted");
+                        exit_at_once(ExitStatus::Interrupted as i32);
+                    }
+                }
+            });
+        }
         state
     }
 

@@ -3,6 +3,7 @@
 use super::ExitStatus;
 use super::arguments::SceneArguments;
 use super::diagnostics::print_message;
+use super::interrupt::Interrupts;
 use crate::gallery;
 
 /// The scenes' names and descriptions, a line each.
@@ -18,6 +19,7 @@ pub fn run(arguments: &SceneArguments) -> ExitStatus {
         eprintln!("{}", list());
         return ExitStatus::Usage;
     };
+    Interrupts::listen();
     match scene.write(&arguments.out) {
         Ok(path) => {
             println!("{}", path.display());

@@ -33,8 +33,9 @@ pub struct Shape {
     pub alpha: Option<u32>,
     /// Whether the material is `interface`: a medium boundary that blocks nothing.
     pub is_boundary: bool,
-    /// Flip the normal: by ReverseOrientation, and for meshes also where the transform swaps handedness. (pbrt-v4 flips mirrored quadrics
-    /// too where rays meet them, and not where light is sampled on them.)
+    /// Flip the normal: ReverseOrientation xor the transform swaps handedness, as pbrt-v4 has it where rays meet a shape. So a mirrored
+    /// sphere is inside out unless its orientation is reversed too, and exporters write scenes that count on it. (pbrt-v4 samples
+    /// light on mirrored quadrics by ReverseOrientation alone, against its own hits; here one rule serves both.)
     pub flip_normal: bool,
 }
 

@@ -142,7 +142,8 @@ pub fn exit_at_once(code: i32) -> ! {
     for path in unfinished.drain(..) {
         let _ = std::fs::remove_file(path);
     }
-    std::process::exit(code)
+    // Destructors of C++ libraries do not expect threads that still work.
+    signal_hook::low_level::exit(code)
 }
 
 #[cfg(test)]

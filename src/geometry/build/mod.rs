@@ -67,18 +67,13 @@ pub fn build_shape(
         }
     };
     params.warn_unused(warnings);
-    let shape = |kind: ShapeKind| Shape {
+    let shape = |kind| Shape {
         material: bindings.material,
         light: bindings.light,
         medium_interface: bindings.medium_interface,
         alpha: bindings.alpha,
         is_boundary: bindings.is_boundary,
-        // The normal of a triangle or patch goes by the order of its corners, which a mirror reverses; a quadric's goes by its inside and
-        // outside, which a mirror keeps.
-        flip_normal: match kind_is_quadric(&kind) {
-            true => entity.reverse_orientation,
-            false => entity.reverse_orientation != placement.swaps_handedness(),
-        },
+        flip_normal: entity.reverse_orientation != placement.swaps_handedness(),
         kind,
     };
     let shapes: Vec<Shape> = kinds.into_iter().map(shape).collect();
@@ -90,10 +85,6 @@ pub fn build_shape(
         }
     }
     Ok(shapes)
-}
-
-const fn kind_is_quadric(kind: &ShapeKind) -> bool {
-    matches!(kind, ShapeKind::Sphere(_) | ShapeKind::Disk(_))
 }
 
 /// Where a shape goes.

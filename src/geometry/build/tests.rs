@@ -120,13 +120,11 @@ fn defaults_handedness_and_far_places() {
     assert!(sphere.is_whole() && !shapes[0].flip_normal);
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     let triangle = || vec![("P", points(3))];
-    for (kind, params, flips) in
-        [("sphere", vec![], false), ("disk", vec![], false), ("trianglemesh", triangle(), true)]
-    {
+    for (kind, params) in [("sphere", vec![]), ("disk", vec![]), ("trianglemesh", triangle())] {
         let mut mirrored = entity(kind, params);
-        assert_eq!(build_in(&mirrored, mirror).0.unwrap()[0].flip_normal, flips, "a mirror keeps a quadric's inside");
+        assert!(build_in(&mirrored, mirror).0.unwrap()[0].flip_normal);
         mirrored.reverse_orientation = true;
-        assert_eq!(build_in(&mirrored, mirror).0.unwrap()[0].flip_normal, !flips);
+        assert!(!build_in(&mirrored, mirror).0.unwrap()[0].flip_normal, "twice is not at all");
     }
 
     // Object coordinates far away that the transform brings home lose nothing on the way.

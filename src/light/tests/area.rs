@@ -212,7 +212,7 @@ fn from_inside_a_sphere_everything_glows() {
         let (geometry, lights) = one(sphere(Vec3::ZERO, 1.0), false, true);
         irradiance(&geometry, &lights, 0, p, Vec3::Z, SAMPLES, 30 + seed as u64).must_be(PI, "inside");
         let stretched = stretched_sphere(Affine3A::from_scale(Vec3::new(1.0, 3.0, -1.2)), 1.0);
-        // The map mirrors: inside stays inside.
+        // The map mirrors, so that building it would have said so.
         let (geometry, lights) = one(stretched, false, true);
         irradiance(&geometry, &lights, 0, p, Vec3::Z, SAMPLES, 40 + seed as u64).must_be(PI, "inside an ellipsoid");
         let (geometry, lights) = one(sphere(Vec3::ZERO, 1.0), false, false);
