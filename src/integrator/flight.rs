@@ -180,20 +180,23 @@ pub fn transmittance(
     scratch.counters.boundary_rays += 1;
 
     let mut result = Transmittance::CLEAR;
-    let mut regions = regions.clone();
+    // Copied only where a boundary changes them.
+    let mut beyond: Option<Regions> = None;
     let mut t_start = 0.0;
     for i in 0..=crossings.len() {
         let t_end = crossings.get(i).map_or(ray.t_max, |c| c.t);
-        if !regions.media().is_empty() && t_end > t_start {
+        let media = beyond.as_ref().unwrap_or(regions).media();
+        if !media.is_empty() && t_end > t_start {
             let (origin, direction) = (ray.origin, ray.direction);
-            let mut tracker = Tracker::new(&world.media, regions.media(), origin, direction, [t_start, t_end], stream);
+            let mut tracker = Tracker::new(&world.media, media, origin, direction, [t_start, t_end], stream);
             let steps = &mut scratch.counters.transmittance_steps;
             if !result.track(&mut tracker, &world.media, origin, direction, stream, steps) {
                 break;
             }
         }
         if let Some(crossing) = crossings.get(i) {
-            if !world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering) {
+            let regions = beyond.get_or_insert_with(|| regions.clone());
+            if !world.cross(regions, crossing.shape, crossing.instance, crossing.entering) {
                 scratch.counters.region_overflows += 1;
             }
             t_start = crossing.t;

@@ -2,8 +2,8 @@
 //! crosses pixels. So an image does not depend on the number of threads, and any sample can be replayed alone.
 //!
 //! The points are Owen-scrambled Sobol' (crate `openqmc`, after Burley 2020 and Ahmed 2024), padded: each
-//! [`Dimension`] is an independently scrambled four-dimensional block. Unbounded streams (free-flight distances after the
-//! first, opacity) come from a PCG generator that starts anew at each address.
+//! [`Dimension`] is an independently scrambled four-dimensional block. Unbounded streams (free-flight distances and
+//! their events, walks in layers) come from a PCG generator that starts anew at each address.
 
 use openqmc::SobolSampler;
 use rand_core::Rng as _;
@@ -34,7 +34,7 @@ pub enum Dimension {
     Light = 3,
     /// Choice among mixed materials (1).
     Mix = 4,
-    /// First free-flight distance (1) and its event (1); seeds the stream of the rest.
+    /// Free-flight distances and their events: seeds a stream.
     Flight = 5,
     /// Transmittance along shadow rays: seeds a stream.
     Transmittance = 6,

@@ -35,7 +35,7 @@ struct Region {
 }
 
 /// How many regions may overlap at one point; entering more is ignored (and [`Regions::enter`] says so).
-pub const MAX_OVERLAP: usize = 64;
+pub const MAX_OVERLAP: usize = 32;
 
 /// The regions around a point, and the media that follow from them.
 #[derive(Clone, Debug, Default)]

@@ -82,7 +82,7 @@ pub struct Tracker<'m> {
 
 impl<'m> Tracker<'m> {
     /// Starts at `t_start` on the ray; no collision lies beyond `t_end`.
-    #[inline]
+    #[inline(always)]
     pub fn new(
         media: &'m [Medium],
         active: &[MediumId],
@@ -91,7 +91,8 @@ impl<'m> Tracker<'m> {
         [t_start, t_end]: [f32; 2],
         stream: &mut Stream,
     ) -> Self {
-        let mut flights = ArrayVec::new();
+        // Filled in place: the space for all flights is large, and moving it would cost more than a ray's walk.
+        let mut tracker = Self { flights: ArrayVec::new(), pending: None };
         for &medium in active {
             let active = &media[medium.0 as usize];
             let constant = match active {
@@ -102,10 +103,10 @@ impl<'m> Tracker<'m> {
             let (t, next) = (f64::from(t_start), f64::INFINITY);
             let mut flight = Flight { medium, constant, segments, t, t_end: t, majorant: 0.0, next };
             if flight.advance(stream.next_exponential()) {
-                flights.push(flight);
+                tracker.flights.push(flight);
             }
         }
-        Self { flights, pending: None }
+        tracker
     }
 
     /// The next tentative collision, or `None` at the end of the stretch. Asking for another one means that the last was a null
