@@ -392,6 +392,13 @@ fn nonsensical_shapes() {
         ("ActiveTransform EndTime\nScale 0 0 0\nActiveTransform All\nShape \"sphere\"", Refused("flattened")),
         ("ObjectBegin \"a\"\nObjectInstance \"a\"\nObjectEnd\nObjectInstance \"a\"", Orderly),
         ("ObjectInstance \"nothing\"", Refused("nothing")),
+        ("Scale 1e10 1e10 1e10\nShape \"sphere\" \"float radius\" 1e10", Refused("beyond")),
+        ("# \u{e9}\nShape \"sphere\"", Renders),
+        ("Attribute \"shape\" \"float zork\" 1\nShape \"sphere\"", Warned("\"zork\" of Attribute")),
+        (
+            "AreaLightSource \"diffuse\"\nMaterial \"interface\"\nShape \"sphere\"",
+            Warned("area light on a shape of material"),
+        ),
         ("ObjectBegin \"a\"\nObjectEnd\nObjectInstance \"a\"", Renders),
         ("ObjectBegin \"a\"\nShape \"sphere\"\nObjectEnd\nScale 0 0 0\nObjectInstance \"a\"", Warned("flattened")),
         (
@@ -569,6 +576,60 @@ fn nonsensical_media() {
         let text = format!("{HEAD}{text}\n");
         folder.write("scene.pbrt", &text);
         faults.render(&folder, &text, *fate);
+    }
+}
+
+/// Names that name each other twice double at every level: textures, mixes, objects.
+#[test]
+fn what_doubles_at_every_level_is_bounded() {
+    let levels = |count: usize, first: &str, line: &dyn Fn(usize) -> String, last: &str| {
+        let lines: Vec<String> = (1..count).map(line).collect();
+        format!("{first}\n{}\n{last}", lines.join("\n"))
+    };
+    let image = "Texture \"t0\" \"float\" \"imagemap\" \"string filename\" \"junk.png\"";
+    let scale = |i: usize| {
+        let below = i - 1;
+        format!("Texture \"t{i}\" \"float\" \"scale\" \"texture tex\" \"t{below}\" \"texture scale\" \"t{below}\"")
+    };
+    let rough = |top: usize| format!("Material \"conductor\" \"texture roughness\" \"t{top}\"\nShape \"sphere\"");
+    let mix = |i: usize| {
+        let below = i - 1;
+        format!("MakeNamedMaterial \"m{i}\" \"string type\" \"mix\" \"string materials\" [\"m{below}\" \"m{below}\"]")
+    };
+    let object = |i: usize| {
+        let below = i - 1;
+        format!("ObjectBegin \"o{i}\" ObjectInstance \"o{below}\" ObjectInstance \"o{below}\" ObjectEnd")
+    };
+    let folder = Folder::new("doubling");
+    image::GrayImage::from_pixel(2, 2, image::Luma([99])).save(folder.path("junk.png")).expect("a picture");
+    let mut faults = Faults::default();
+    for (what, text, fate) in [
+        ("few textures", levels(5, image, &scale, &rough(4)), Renders),
+        ("textures", levels(40, image, &scale, &rough(39)), Limit("look-ups")),
+        ("deep textures", levels(20_000, image, &scale, &rough(19_999)), Limit("within each other")),
+        (
+            "mixes",
+            levels(
+                20_000,
+                "MakeNamedMaterial \"m0\" \"string type\" \"diffuse\"",
+                &mix,
+                "NamedMaterial \"m40\"\nMediumInterface \"\" \"\"\nShape \"sphere\"",
+            ),
+            Renders,
+        ),
+        (
+            "objects",
+            levels(40, "ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd", &object, "ObjectInstance \"o39\""),
+            Limit("parts"),
+        ),
+        (
+            "deep objects",
+            levels(20_000, "ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd", &object, "ObjectInstance \"o9\""),
+            Limit("objects within each other"),
+        ),
+    ] {
+        folder.write("scene.pbrt", format!("{HEAD}{text}\n"));
+        faults.render(&folder, what, fate);
     }
 }
 

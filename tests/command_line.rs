@@ -223,6 +223,9 @@ fn failures_leave_what_is_there_alone() {
     folder.run(&["render", "lamp.pbrt", "--png", "nowhere/out.png"]).code(1).says("nowhere/out.png");
     folder.run(&["render", "lamp.pbrt", "--stats", "nowhere/out.json"]).code(1).says("nowhere/out.json");
     folder.run(&["render", "lamp.pbrt", "-o", "."]).code(1).says("folder");
+    folder.run(&["render", "lamp.pbrt", "-o", "lamp.png"]).code(2).says(".exr");
+    folder.run(&["render", "lamp.pbrt", "-o", "new.exr", "--png", "./new.exr"]).code(2).says("asked for twice");
+    folder.run(&["render", "lamp.pbrt", "-o", "gone/a.exr"]).code(1).says("there is no folder gone");
     // 3: bad input.
     folder.write("lamp.pbrt", LAMP.replace("WorldBegin", "WorldBegin\nNonsense"));
     folder.run(&["render", "lamp.pbrt", "--png"]).code(3).says("lamp.pbrt:6:1");

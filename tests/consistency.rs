@@ -165,3 +165,31 @@ fn a_dense_grid_far_away_lets_through_what_it_should() {
     // Five standard errors; it was next to nothing where steps got lost.
     assert!((mean[0] - expected).abs() < 0.12, "{} instead of about {expected}", mean[0]);
 }
+
+/// Objects within objects, still and moving, are what comes of writing their shapes out.
+#[test]
+fn nested_objects_are_flattened() {
+    let light = "LightSource \"point\" \"rgb I\" [40 30 20] \"point3 from\" [2 3 5] LightSource \"infinite\"\n";
+    let ball = "Material \"diffuse\" \"rgb reflectance\" [0.8 0.3 0.2] Shape \"sphere\" \"float radius\" 0.4\n";
+    let nested = format!(
+        "{light}ObjectBegin \"ball\" {ball} ObjectEnd
+         ObjectBegin \"pair\" Translate -0.5 0 0 ObjectInstance \"ball\" Translate 1 0 0 Scale 1 2 1 ObjectInstance \"ball\" ObjectEnd
+         ObjectBegin \"four\" ObjectInstance \"pair\" ActiveTransform EndTime Translate 0 0.3 0 ActiveTransform All
+         Translate 0 1 0 ObjectInstance \"pair\" ObjectEnd
+         Rotate 20 0 0 1 ObjectInstance \"four\""
+    );
+    let moving = "ActiveTransform EndTime Translate 0 0.3 0 ActiveTransform All Translate 0 1 0";
+    let (left, right) = ("Translate -0.5 0 0", "Translate -0.5 0 0 Translate 1 0 0 Scale 1 2 1");
+    let one = |place: &str| format!("AttributeBegin Rotate 20 0 0 1 {place} {ball} AttributeEnd\n");
+    let flat: String = [left.into(), right.into(), format!("{moving} {left}"), format!("{moving} {right}")]
+        .iter()
+        .map(|place: &String| one(place))
+        .collect();
+    let shot = Shot { from: [0.0, 0.5, 6.0], to: [0.0, 0.5, 0.0], fov: 30.0, size: 48, depth: 2, ..Shot::default() };
+    for backend in backends() {
+        let render = |world: &str| shot.render(world, &Options { spp: 64, backend, ..Options::default() }).film;
+        let apart = common::difference(&render(&nested), &render(&format!("{light}{flat}")));
+        println!("nested, {backend:?}: relative RMSE {apart:.2e}");
+        assert!(apart < 5e-3, "{backend:?}: relative RMSE {apart:e}");
+    }
+}

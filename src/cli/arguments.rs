@@ -46,7 +46,7 @@ pub struct RenderArguments {
     /// Samples per pixel [default: what the scene's Sampler says].
     #[arg(long, group = "budget", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=0x7fff_ffff))]
     pub spp: Option<u32>,
-    /// Render for this long.
+    /// Render for about this long; at least one sample a pixel is taken, however long it takes.
     #[arg(long, group = "budget", value_name = "SECONDS", value_parser = above_zero)]
     pub time: Option<f64>,
     /// Render until the relative error of the image is estimated to be at most this, e.g. 0.01.
@@ -76,7 +76,7 @@ pub struct RenderArguments {
     /// Write statistics as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// Treat doubtful input as an error.
+    /// Refuse damaged data, such as voxels that are not finite or images that cannot be read, instead of replacing it with a warning.
     #[arg(long)]
     pub strict: bool,
     /// Print errors only.

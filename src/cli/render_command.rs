@@ -37,7 +37,9 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
         Err(error) => {
             print_message(&error.to_string());
             match error {
-                RenderError::Trace(TraceError::Missing(_)) | RenderError::Overlap { .. } => ExitStatus::Usage,
+                RenderError::Trace(TraceError::Missing(_))
+                | RenderError::Overlap { .. }
+                | RenderError::Ending { .. } => ExitStatus::Usage,
                 RenderError::Trace(TraceError::Memory(_)) | RenderError::Threads(_) => ExitStatus::Limit,
                 RenderError::Trace(TraceError::Geometry(_)) => ExitStatus::BadInput,
                 _ => ExitStatus::Failed,
@@ -69,6 +71,9 @@ fn render(
         let png = settings.png_path(&output);
         let outputs: Vec<&Path> =
             [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()].into_iter().flatten().collect();
+        if let Some(wrong) = settings.output.as_deref().filter(|path| is_other_picture(path)) {
+            return Err(RenderError::Ending { path: wrong.to_owned() });
+        }
         refuse_overlap(&outputs, sources.paths().map(Path::to_owned).chain(named))?;
         for file in outputs {
             check_writable(file)?;
@@ -127,6 +132,12 @@ fn seconds_so_far(seconds: &crate::render::Timings) -> String {
         map.remove("write");
     }
     value.to_string()
+}
+
+/// Whether a name says that it is a picture of another kind than OpenEXR.
+fn is_other_picture(path: &Path) -> bool {
+    let ending = path.extension().map(|e| e.to_ascii_lowercase());
+    ending.is_some_and(|e| ["png", "jpg", "jpeg", "tif", "tiff", "tga", "hdr", "bmp"].iter().any(|known| e == *known))
 }
 
 /// Refuses to write two things to one file, or over an input.

@@ -34,6 +34,9 @@ pub const SODIUM_LINE: f64 = 589.3;
 /// The second radiation constant h c / k_B in nm K (CODATA 2018, exact in the SI of 2019).
 const C2: f64 = 1.438_776_877e7;
 
+/// The share of D50 in the mixture with D65 that has the chromaticity of ACES' white (0.32168, 0.33767), to 0.001.
+const ACES_D60: f64 = 0.27;
+
 /// The names that [`Spectrum::named`] knows.
 pub fn named_spectrum_names() -> &'static [&'static str] {
     static NAMES: OnceLock<Vec<&'static str>> = OnceLock::new();
@@ -54,6 +57,7 @@ pub fn named_spectrum_names() -> &'static [&'static str] {
             "metal-TiO2-eta",
             "metal-TiO2-k",
             "stdillum-A",
+            "illum-acesD60",
         ];
         names.extend(cie::ILLUMINANTS.iter().map(|(name, _)| *name));
         names.extend(dispersion::glass_names());
@@ -71,8 +75,8 @@ fn tabulate(f: impl Fn(f64) -> f64) -> Spectrum {
 }
 
 impl Spectrum {
-    /// The spectrum that pbrt-v4 calls `name`: metals, glasses and the illuminants A, D50, D65 and F1 to F12; `None`
-    /// for others (pbrt's camera sensors and ACES' white among them).
+    /// The spectrum that pbrt-v4 calls `name`: metals, glasses and the illuminants A, D50, D65, ACES' D60 and F1 to F12;
+    /// `None` for others (pbrt's camera sensors).
     pub fn named(name: &str) -> Option<Self> {
         if dispersion::glass(name, SODIUM_LINE).is_some() {
             return Some(tabulate(|wavelength| dispersion::glass(name, wavelength).unwrap_or(1.0)));
@@ -81,6 +85,10 @@ impl Spectrum {
             // CIE 15:2018, equation 4.1: A is a black body by definition.
             "stdillum-A" => {
                 return Some(tabulate(|l| 100.0 * (560.0 / l).powi(5) * a_exponential(560.0) / a_exponential(l)));
+            }
+            "illum-acesD60" => {
+                let (warm, cool) = (Self::named("stdillum-D50")?, Self::named("stdillum-D65")?);
+                return Some(tabulate(|l| ACES_D60 * warm.value(l) + (1.0 - ACES_D60) * cool.value(l)));
             }
             "metal-MgO-eta" => return Some(tabulate(dispersion::magnesium_oxide)),
             "metal-TiO2-eta" => return Some(tabulate(dispersion::titanium_dioxide)),
@@ -256,6 +264,7 @@ mod tests {
             ("stdillum-A", (0.44758, 0.40745)),
             ("stdillum-D50", (0.34567, 0.35851)),
             ("stdillum-D65", (0.31272, 0.32903)),
+            ("illum-acesD60", (0.32168, 0.33767)),
             ("stdillum-F2", (0.3721, 0.3751)),
             ("stdillum-F7", (0.3129, 0.3292)),
             ("stdillum-F11", (0.3805, 0.3769)),

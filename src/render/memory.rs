@@ -8,14 +8,19 @@ use crate::scene::{SceneDescription, SceneError, SceneErrorKind};
 use crate::system::memory::available;
 
 /// Bytes a pixel for writing the image: 26 channels of 4 bytes, once as planes and once as the encoder holds them.
-const WRITING: u64 = 2 * 26 * 4;
+const WRITING: usize = 2 * 26 * 4;
+
+/// Bytes for rendering and writing an image.
+pub fn of_film(film: &FilmSettings) -> usize {
+    Film::memory_for(film, true).saturating_add(film.bounds.area().saturating_mul(WRITING))
+}
 
 /// Refuses a film that does not fit into what is left.
 ///
 /// # Errors
 /// `Limit`, at the film's place, with both sizes.
 pub fn check_film(scene: &SceneDescription, film: &FilmSettings) -> Result<(), Box<SceneError>> {
-    let needed = (Film::memory_for(film, true) as u64).saturating_add(film.bounds.area() as u64 * WRITING);
+    let needed = of_film(film) as u64;
     match available() {
         Some(left) if needed > left => {
             let (width, height) = (film.bounds.width(), film.bounds.height());

@@ -54,6 +54,14 @@ pub enum RenderError {
         /// The file.
         path: PathBuf,
     },
+    /// A name that promises another format than the file gets.
+    #[error(
+        "{path}: the image is written as OpenEXR; give -o a name that ends in .exr, and --png for a picture beside it"
+    )]
+    Ending {
+        /// The file.
+        path: PathBuf,
+    },
     /// No thread pool.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -125,9 +133,12 @@ impl Job {
         warn_about_engine(scene, warnings)?;
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
         let world = build::build_world(scene, settings, backend, &mut timings, warnings)?;
+        for defaults in &scene.defaults {
+            defaults.warn_unused(warnings);
+        }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
-        let plan = Plan::of(&world, &camera, Film::memory_for(&film, true));
+        let plan = Plan::of(&world, &camera, memory::of_film(&film));
         let path = PathSettings { max_depth };
         Ok(Self { world, camera, film, aovs: true, path, plan, timings, scene_spp, scene_seed, backend })
     }

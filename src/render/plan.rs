@@ -1,4 +1,5 @@
-//! What a scene needs, decided once from the scene alone: which systems exist for its render, which are left out, and why.
+//! What a scene needs: which systems its render has, which are left out, and why. Building the world decided it, from the scene alone
+//! and once; here it is said.
 
 use serde::Serialize;
 
@@ -29,7 +30,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan that `world` was built by, seen from `camera`. `film_bytes` is the size of the pixel accumulators.
+    /// The plan that `world` was built by, seen from `camera`. `film_bytes` is what rendering and writing the image take.
     pub fn of(world: &World, camera: &Camera, film_bytes: usize) -> Self {
         let mut plan = Self { systems: vec![] };
         let geometry = &world.geometry;

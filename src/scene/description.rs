@@ -108,6 +108,8 @@ pub struct ObjectEntity {
     pub span: Span,
     /// Its shapes.
     pub shapes: Vec<ShapeEntity>,
+    /// Instances of objects defined before it, which it holds (pbrt-v4 has no such thing).
+    pub instances: Vec<InstanceEntity>,
 }
 
 /// An `ObjectInstance` directive.
@@ -144,6 +146,8 @@ pub struct SceneDescription {
     pub integrator: Entity,
     /// `Option` directives, as parameters of one list.
     pub options: ParamSet,
+    /// `Attribute` directives: the defaults that they set.
+    pub defaults: Vec<ParamSet>,
     /// The times (start, end) of the animated transforms' keys (`TransformTimes`).
     pub transform_times: [f64; 2],
     /// Shapes outside object definitions.

@@ -40,6 +40,8 @@ pub struct Param {
     pub value: ParamValue,
     /// The place of the quoted declaration.
     pub span: Span,
+    /// Set by `Attribute` for whatever takes it, and so shared.
+    is_default: bool,
     used: AtomicBool,
 }
 
@@ -50,6 +52,7 @@ impl Clone for Param {
             type_name: self.type_name.clone(),
             value: self.value.clone(),
             span: self.span,
+            is_default: self.is_default,
             used: AtomicBool::new(self.used.load(Ordering::Relaxed)),
         }
     }
@@ -58,7 +61,13 @@ impl Clone for Param {
 impl Param {
     /// A parameter that nobody has asked for yet.
     pub fn new(name: impl Into<String>, type_name: impl Into<String>, value: ParamValue, span: Span) -> Self {
-        Self { name: name.into(), type_name: type_name.into(), value, span, used: AtomicBool::new(false) }
+        let used = AtomicBool::new(false);
+        Self { name: name.into(), type_name: type_name.into(), value, span, is_default: false, used }
+    }
+
+    /// The same as a default: not every shape, say, takes every default, so none of them calls it unused.
+    pub fn into_default(self) -> Self {
+        Self { is_default: true, ..self }
     }
 
     /// Records that somebody has asked for it.
@@ -298,9 +307,16 @@ impl ParamSet {
         }
     }
 
-    /// Warns about every parameter that no getter was asked for, by name.
+    /// A list of defaults as `owner` stated them, which others share.
+    pub fn of_defaults(owner: impl Into<String>, span: Span, params: Vec<Arc<Param>>) -> Self {
+        Self { owner: owner.into(), span, params }
+    }
+
+    /// Warns about every parameter that no getter was asked for, by name; about defaults only where they were stated.
     pub fn warn_unused(&self, warnings: &mut Warnings) {
-        for param in self.params.iter().filter(|p| !p.used.load(Ordering::Relaxed)) {
+        let states_defaults = self.owner.starts_with("Attribute ");
+        let unused = |p: &&Arc<Param>| !p.used.load(Ordering::Relaxed) && p.is_default == states_defaults;
+        for param in self.params.iter().filter(unused) {
             warnings.add(Some(param.span), format!("parameter \"{}\" of {} is not used", param.name, self.owner));
         }
     }

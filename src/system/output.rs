@@ -65,6 +65,9 @@ impl Unfinished {
     /// Beside `target`, with its permissions if it is there, else with those that new files get.
     fn beside(target: &Path) -> io::Result<Self> {
         let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return Err(io::Error::new(io::ErrorKind::NotFound, format!("there is no folder {}", folder.display())));
+        }
         let mut builder = tempfile::Builder::new();
         builder.prefix(".lanternfish-");
         #[cfg(unix)]

@@ -38,6 +38,7 @@ fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>, base: Pat
         sampler: entity("", vec![]),
         integrator: entity("", vec![]),
         options: params(vec![]),
+        defaults: vec![],
         transform_times: [0.0, 1.0],
         shapes: vec![],
         objects: vec![],

@@ -45,7 +45,7 @@ mod reading {
     use super::super::{Result, anisotropy, coefficient, factor, radiance, report_bad, wrong};
     use crate::math::Rgb;
     use crate::medium::Medium;
-    use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape};
+    use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape, HOTTEST};
     use crate::medium::grid::field::{AnyGrid, Field, ScalarGrid};
     use crate::medium::grid::file;
     use crate::medium::grid::{GridMedium, GridMediumParts};
@@ -224,8 +224,12 @@ mod reading {
                         "needs an \"emission\" grid without a \"temperature\"",
                     ));
                 }
-                let table =
-                    BlackbodyTable::new(kelvin.bound(kelvin.grid.largest()), BlackbodyScale::Relative(reference));
+                let hottest = kelvin.bound(kelvin.grid.largest());
+                if hottest > HOTTEST {
+                    let message = format!("temperatures of up to {hottest:e} K are taken as {HOTTEST:e} K");
+                    warnings.add(Some(params.span), message);
+                }
+                let table = BlackbodyTable::new(hottest, BlackbodyScale::Relative(reference));
                 let shape = EmissionShape::Temperature { kelvin, table, scale };
                 Some(Emission { radiance: le.unwrap_or(Rgb::WHITE), shape, direct: false })
             }

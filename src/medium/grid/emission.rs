@@ -22,6 +22,9 @@ const C2: f64 = 1.438_776_877e7;
 /// Below this, in kelvin, nothing glows (as in pbrt-v4).
 const COLD: f32 = 100.0;
 
+/// Above this, in kelvin, bodies glow no more: a table ends there.
+pub const HOTTEST: f32 = 1e6;
+
 /// Planck's law without its constant factor, λ in nm.
 fn planck(lambda: f64, kelvin: f64) -> f64 {
     1e15 / (lambda.powi(5) * (C2 / (lambda * kelvin)).exp_m1())
@@ -61,7 +64,7 @@ impl BlackbodyTable {
     /// A table up to `hottest` kelvin.
     pub fn new(hottest: f32, scale: BlackbodyScale) -> Self {
         const ENTRIES: usize = 4096;
-        let hottest = hottest.clamp(COLD * 1.01, 1e6);
+        let hottest = hottest.clamp(COLD * 1.01, HOTTEST);
         let step = (hottest / COLD).ln() / (ENTRIES - 1) as f32;
         let fixed_reference = match scale {
             BlackbodyScale::Peak => None,

@@ -1,8 +1,8 @@
 //! Shapes, prototypes and instances in render space.
 
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::path::PathBuf;
+use std::rc::Rc;
 
 use glam::{DAffine3, Vec3};
 
@@ -13,8 +13,12 @@ use crate::geometry::{Geometry, Instance, MotionTransform, Prototype, ShapeId};
 use crate::light::LightId;
 use crate::material::{MaterialId, Materials};
 use crate::math::transform::{Animated, Decomposed, RenderSpace};
+use crate::medium::Medium;
 use crate::render::RenderError;
-use crate::scene::{SceneDescription, SceneError, SceneErrorKind, ShapeEntity, Span, TextureOr, Warnings};
+use crate::scene::{
+    InstanceEntity, SceneDescription, SceneError, SceneErrorKind, ShapeEntity, Span, TextureOr, Warnings,
+};
+use crate::system::memory::available;
 
 /// A part of an object definition with a motion of its own.
 struct ObjectPart {
@@ -22,6 +26,12 @@ struct ObjectPart {
     /// Part to object.
     transform: Animated,
 }
+
+/// Parts that one object may come to: objects that hold each other twice double them at every level.
+const MOST_PARTS: usize = 1 << 20;
+
+/// How often memory is looked at.
+const INSTANCES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Builds the geometry and gathers what it is bound to.
 pub(super) struct GeometryBuilder<'a> {
@@ -35,6 +45,8 @@ pub(super) struct GeometryBuilder<'a> {
     pub out: Geometry,
     /// The box of each prototype, `None` for empty ones.
     boxes: Vec<Option<(Vec3, Vec3)>>,
+    /// The parts of objects, by object and whether they are built for instances that move.
+    parts: HashMap<(usize, bool), Rc<[ObjectPart]>>,
     /// Emitting shapes with their area light; the place is the light's number.
     pub emitters: Vec<(ShapeId, u32)>,
     /// Emitters that no ray can meet.
@@ -51,8 +63,8 @@ impl<'a> GeometryBuilder<'a> {
         strict: bool,
         warnings: &'a mut Warnings,
     ) -> Self {
-        let (out, boxes, emitters, invisible) = Default::default();
-        Self { scene, space, media, materials, strict, warnings, out, boxes, emitters, invisible }
+        let (out, boxes, parts, emitters, invisible) = Default::default();
+        Self { scene, space, media, materials, strict, warnings, out, boxes, parts, emitters, invisible }
     }
 
     /// Builds all shapes and instances.
@@ -68,26 +80,34 @@ impl<'a> GeometryBuilder<'a> {
                 self.out.top_level.extend(shapes);
             }
         }
-        let mut parts = HashMap::new();
         for instance in &scene.instances {
-            let key = (instance.object as usize, instance.transform.is_animated());
-            if let Entry::Vacant(vacant) = parts.entry(key) {
-                vacant.insert(self.object_parts(key.0, key.1)?);
+            let parts = self.object_parts(instance)?;
+            if instance.transform != Animated::fixed(glam::DMat4::IDENTITY) && self.holds_grids(&parts) {
+                let message = "the volumes inside an instance stay where MakeNamedMedium put them (as in pbrt-v4): only their boundary \
+                               moves with it";
+                self.warnings.add(Some(instance.span), message);
             }
-            for part in &parts[&key] {
+            for part in parts.iter() {
                 self.place(part.prototype, &part.transform.after(&instance.transform), instance.span)?;
             }
         }
         Ok(())
     }
 
-    /// The prototypes of an object definition: one with all that does not move, and one for each shape that moves within the
-    /// object. Instances are one level deep, so a moving shape in a moving instance is flattened to one motion between the
-    /// composed keys.
+    /// The parts of the object that `instance` shows: one prototype with all that does not move, one for each shape that moves within the
+    /// object, and those of the objects that it holds. Instances are one level deep, so an instance within an object, or a moving shape in a
+    /// moving instance, is flattened to one transform, or to one motion between the composed keys.
     ///
     /// What does not move of an object whose instances do is kept in render space, as pbrt-v4 does: translation and rotation of a
     /// moving instance are interpolated apart, and the point they turn about is render space's origin, the camera.
-    fn object_parts(&mut self, object: usize, in_motion: bool) -> Result<Vec<ObjectPart>, RenderError> {
+    fn object_parts(&mut self, instance: &InstanceEntity) -> Result<Rc<[ObjectPart]>, RenderError> {
+        self.parts_of(instance.object as usize, instance.transform.is_animated(), instance.span)
+    }
+
+    fn parts_of(&mut self, object: usize, in_motion: bool, span: Span) -> Result<Rc<[ObjectPart]>, RenderError> {
+        if let Some(parts) = self.parts.get(&(object, in_motion)) {
+            return Ok(parts.clone());
+        }
         let scene = self.scene;
         let pivot = if in_motion { self.space.origin } else { glam::DVec3::ZERO };
         let from_object = DAffine3::from_translation(-pivot);
@@ -105,7 +125,31 @@ impl<'a> GeometryBuilder<'a> {
             let transform = Animated::fixed(glam::DMat4::from_translation(pivot));
             parts.push(ObjectPart { prototype: self.prototype(still), transform });
         }
+        for inner in &scene.objects[object].instances {
+            let held = self.parts_of(inner.object as usize, in_motion || inner.transform.is_animated(), inner.span)?;
+            if parts.len() + held.len() > MOST_PARTS {
+                let what =
+                    format!("one object comes to more than {MOST_PARTS} parts, those of objects within it included");
+                return Err(SceneError::at(span, SceneErrorKind::Limit(what)).into());
+            }
+            parts.extend(held.iter().map(|part| ObjectPart {
+                prototype: part.prototype,
+                transform: part.transform.after(&inner.transform),
+            }));
+        }
+        let parts: Rc<[ObjectPart]> = parts.into();
+        self.parts.insert((object, in_motion), parts.clone());
         Ok(parts)
+    }
+
+    /// Whether some shape of the parts is the boundary of a medium given by grids.
+    fn holds_grids(&self, parts: &[ObjectPart]) -> bool {
+        let shapes = parts.iter().flat_map(|part| &self.out.prototypes[part.prototype as usize].shapes);
+        let mut inside = shapes.filter_map(|id| {
+            let interface = self.out.shapes[id.0 as usize].medium_interface?;
+            self.media.interfaces[interface as usize].inside
+        });
+        inside.any(|medium| matches!(self.media.media[medium.0 as usize], Medium::Grid(_)))
     }
 
     fn prototype(&mut self, shapes: Vec<ShapeId>) -> u32 {
@@ -140,6 +184,12 @@ impl<'a> GeometryBuilder<'a> {
             return Err(SceneError::at(span, SceneErrorKind::Parameter(what)).into());
         }
         self.out.instances.push(Instance { prototype, transform });
+        let count = self.out.instances.len();
+        let needed = (3 * count * size_of::<Instance>()) as u64;
+        if count.is_multiple_of(INSTANCES_BETWEEN_CHECKS) && available().is_some_and(|left| left < needed) {
+            let what = format!("{count} instances fill the memory");
+            return Err(SceneError::at(span, SceneErrorKind::Limit(what)).into());
+        }
         Ok(())
     }
 

@@ -103,6 +103,10 @@ pub struct Builder<'a, 'b> {
     systems: HashMap<String, Animated>,
     object: Option<ObjectEntity>,
     object_names: HashMap<String, u32>,
+    /// How deeply each object holds others.
+    object_depths: Vec<u32>,
+    /// The same of the one that is open.
+    object_depth: u32,
     /// Named materials: name to index.
     pub(super) material_names: HashMap<String, u32>,
     /// Media: name to index.
@@ -140,6 +144,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             sampler: entity("Sampler", "zsobol"),
             integrator: entity("Integrator", "volpath"),
             options: ParamSet::new("Option", start, Vec::new()),
+            defaults: Vec::new(),
             transform_times: [0.0, 1.0],
             shapes: Vec::new(),
             objects: Vec::new(),
@@ -160,6 +165,8 @@ impl<'a, 'b> Builder<'a, 'b> {
             systems: HashMap::new(),
             object: None,
             object_names: HashMap::new(),
+            object_depths: Vec::new(),
+            object_depth: 0,
             material_names: HashMap::new(),
             medium_names: HashMap::new(),
             texture_names: HashMap::new(),
@@ -562,13 +569,13 @@ impl<'a, 'b> Builder<'a, 'b> {
         };
         let context = Context { color_space: self.state.color_space, base: &self.base };
         let list = parameter::parse_list(&mut self.reader, &context, self.warnings)?;
+        let list: Vec<Arc<Param>> = list.into_iter().map(|param| Arc::new(param.into_default())).collect();
+        self.scene.defaults.push(ParamSet::of_defaults(format!("Attribute \"{target}\""), at, list.clone()));
         let defaults = Rc::make_mut(&mut self.state.defaults[slot]);
         for param in list {
-            // Not every shape takes every default: none of them is called unused.
-            param.mark_used();
             match defaults.iter_mut().find(|p| p.name == param.name) {
-                Some(earlier) => *earlier = Arc::new(param),
-                None => defaults.push(Arc::new(param)),
+                Some(earlier) => *earlier = param,
+                None => defaults.push(param),
             }
         }
         if defaults.len() > MOST_DEFAULTS {

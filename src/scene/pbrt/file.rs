@@ -9,6 +9,7 @@ use flate2::read::MultiGzDecoder;
 
 use crate::scene::{SceneError, SceneErrorKind};
 use crate::system::input::{read_bounded, read_regular};
+use crate::system::memory::available;
 
 /// The most bytes that one file may hold, after decompression: 4 GiB.
 pub const LARGEST_FILE: u64 = 4 << 30;
@@ -36,20 +37,27 @@ pub enum Source {
 /// `File` where it cannot be read or unpacked, `Limit` where it is larger than [`LARGEST_FILE`] or looks made to
 /// explode.
 pub fn read_bytes(path: &Path, source: Source) -> Result<Vec<u8>> {
+    let largest = available().map_or(LARGEST_FILE, |left| LARGEST_FILE.min(left / 3));
     let raw = match source {
-        Source::Regular => read_regular(path, LARGEST_FILE),
+        Source::Regular => read_regular(path, largest),
         Source::Any if path.is_dir() => Err(std::io::Error::other("it is a folder")),
-        Source::Any => File::open(path).and_then(|file| read_bounded(file, LARGEST_FILE)),
+        Source::Any => File::open(path).and_then(|file| read_bounded(file, largest)),
     };
     let raw = raw.map_err(|e| match e.kind() {
-        std::io::ErrorKind::FileTooLarge => too_large(path),
+        std::io::ErrorKind::FileTooLarge if largest == LARGEST_FILE => too_large(path),
+        std::io::ErrorKind::FileTooLarge => {
+            let what = format!("{} holds more than the memory that is left takes", path.display());
+            SceneError::new(SceneErrorKind::Limit(what))
+        }
         _ => unreadable(path, e.to_string()),
     })?;
     if !raw.starts_with(&[0x1f, 0x8b]) {
         return Ok(raw);
     }
     let by_ratio = UNSUSPICIOUS.max((raw.len() as u64).saturating_mul(LARGEST_RATIO));
-    let allowed = by_ratio.min(LARGEST_FILE);
+    // Read once as bytes, which grow by doubling.
+    let fits = available().map_or(LARGEST_FILE, |left| left / 3);
+    let allowed = by_ratio.min(LARGEST_FILE).min(fits);
     let mut bytes = Vec::new();
     MultiGzDecoder::new(raw.as_slice())
         .take(allowed + 1)
@@ -58,6 +66,10 @@ pub fn read_bytes(path: &Path, source: Source) -> Result<Vec<u8>> {
     match bytes.len() as u64 {
         size if size <= allowed => Ok(bytes),
         _ if allowed == LARGEST_FILE => Err(too_large(path)),
+        _ if allowed == fits => Err(SceneError::new(SceneErrorKind::Limit(format!(
+            "{} unpacks to more than the memory that is left takes",
+            path.display()
+        )))),
         _ => Err(SceneError::new(SceneErrorKind::Limit(format!(
             "{} unpacks to more than {LARGEST_RATIO} times its size; refused as it looks made to fill the memory",
             path.display()
@@ -72,13 +84,28 @@ pub fn read_bytes(path: &Path, source: Source) -> Result<Vec<u8>> {
 /// As [`read_bytes`]; `Ok(Err(..))` carries text that is not UTF-8 as (line, column, text with replacements), so that
 /// the caller can register the file before it reports the place.
 pub fn read_text(path: &Path, source: Source) -> Result<std::result::Result<String, (u32, u32, String)>> {
-    Ok(String::from_utf8(read_bytes(path, source)?).map_err(|e| {
-        let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+    Ok(String::from_utf8(read_bytes(path, source)?).or_else(|e| {
+        let bytes = e.as_bytes();
+        let text = String::from_utf8_lossy(bytes).into_owned();
+        let Some(bad) = first_bad_outside_comments(bytes) else { return Ok(text) };
+        let valid = &bytes[..bad];
         let line = valid.iter().filter(|&&b| b == b'\n').count() + 1;
         let column = valid.iter().rev().take_while(|&&b| b != b'\n').count() + 1;
-        let text = String::from_utf8_lossy(e.as_bytes()).into_owned();
-        (u32::try_from(line).unwrap_or(u32::MAX), u32::try_from(column).unwrap_or(u32::MAX), text)
+        Err((u32::try_from(line).unwrap_or(u32::MAX), u32::try_from(column).unwrap_or(u32::MAX), text))
     }))
+}
+
+/// The first byte that is not UTF-8 on a line without a `#` before it: comments may be in any encoding.
+fn first_bad_outside_comments(bytes: &[u8]) -> Option<usize> {
+    let mut start = 0;
+    for line in bytes.split_inclusive(|&b| b == b'\n') {
+        let comment = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
+        if let Err(error) = std::str::from_utf8(&line[..comment]) {
+            return Some(start + error.valid_up_to());
+        }
+        start += line.len();
+    }
+    None
 }
 
 /// The error for a file that cannot be read.

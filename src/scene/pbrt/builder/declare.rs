@@ -11,6 +11,9 @@ use crate::scene::{
     ParamValue, SceneError, SceneErrorKind, ShapeEntity, Span, TextureEntity,
 };
 
+/// Objects within objects: they are flattened by recursion.
+const DEEPEST_OBJECT: u32 = 64;
+
 impl Builder<'_, '_> {
     pub(super) fn make_named_material(&mut self, span: Span) -> Result<()> {
         let (name, at) = self.reader.expect_string("a material's name")?;
@@ -62,7 +65,8 @@ impl Builder<'_, '_> {
             return redefined(at, "object", &name);
         }
         self.push(Opened::Object, span)?;
-        self.object = Some(ObjectEntity { name, span, shapes: Vec::new() });
+        self.object = Some(ObjectEntity { name, span, shapes: Vec::new(), instances: Vec::new() });
+        self.object_depth = 0;
         Ok(())
     }
 
@@ -71,17 +75,13 @@ impl Builder<'_, '_> {
         if let Some(object) = self.object.take() {
             self.object_names.insert(object.name.clone(), self.scene.objects.len() as u32);
             self.scene.objects.push(object);
+            self.object_depths.push(self.object_depth);
         }
         Ok(())
     }
 
     pub(super) fn object_instance(&mut self, span: Span) -> Result<()> {
         let (name, at) = self.reader.expect_string("an object's name")?;
-        if self.object.is_some() {
-            return syntax(span, "an object definition cannot hold instances").map_err(|e: Box<SceneError>| {
-                e.help("write the shapes into both definitions, or instantiate outside ObjectBegin … ObjectEnd")
-            });
-        }
         let Some(&object) = self.object_names.get(&name) else {
             let known: Vec<&str> = self.object_names.keys().map(String::as_str).take(256).collect();
             let what = SceneErrorKind::Undefined(format!("no object called \"{name}\" is defined above"));
@@ -89,7 +89,17 @@ impl Builder<'_, '_> {
             return Err(if known.is_empty() { error } else { error.help(did_you_mean(&name, &known)) });
         };
         self.count_entity(span)?;
-        self.scene.instances.push(InstanceEntity { object, transform: self.state.ctm.animated(), span });
+        let instance = InstanceEntity { object, transform: self.state.ctm.animated(), span };
+        let Some(outer) = &mut self.object else {
+            self.scene.instances.push(instance);
+            return Ok(());
+        };
+        self.object_depth = self.object_depth.max(self.object_depths[object as usize] + 1);
+        if self.object_depth > DEEPEST_OBJECT {
+            let what = SceneErrorKind::Limit(format!("more than {DEEPEST_OBJECT} objects within each other"));
+            return Err(SceneError::at(span, what));
+        }
+        outer.instances.push(instance);
         Ok(())
     }
 
