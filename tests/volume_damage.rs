@@ -91,4 +91,3 @@ fn the_memory_limit_holds() {
     // With a megabyte not even the libraries' own start-up succeeds: any error will do, but an error it must be.
     assert!(read_vdb(&path, &limits).is_err());
 }
-

@@ -4,7 +4,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
 
 use openvdb::{
     Compression, GridClass, GridMap, GridValues, Limits, Precision, Tile, VdbError, VdbGrid, VdbWriter, read_vdb,

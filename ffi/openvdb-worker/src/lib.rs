@@ -1,8 +1,10 @@
 //! The process that reads and writes .vdb files: all of OpenVDB is in here. It is started by `lanternfish-openvdb`, which
 //! says how the two talk, with one of
 //!
-//!     lanternfish-vdb read MEMORY CPU-SECONDS VALUES(0|1) FILE
-//!     lanternfish-vdb write MEMORY CPU-SECONDS COMPRESSION(0|1|2) FILE
+//! ```text
+//! lanternfish-vdb read MEMORY CPU-SECONDS VALUES(0|1) FILE
+//! lanternfish-vdb write MEMORY CPU-SECONDS COMPRESSION(0|1|2) FILE
+//! ```
 //!
 //! OpenVDB trusts what it reads: damage inside a compressed block corrupts the heap, hangs or aborts. That is why this is a
 //! process of its own. It limits itself, holds nothing that matters, does one job and leaves without tidying up; the other

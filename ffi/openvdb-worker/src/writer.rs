@@ -78,7 +78,8 @@ impl Writer {
         // SAFETY: the writer is alive.
         let components = unsafe { sys::lf_writer_components(self.0.as_ptr()) };
         // The shim reads as many numbers as the grid has components.
-        let numbers = usize::try_from(components).ok().filter(|&n| n > 0).and_then(|n| origins.len().checked_mul(512 * n));
+        let numbers =
+            usize::try_from(components).ok().filter(|&n| n > 0).and_then(|n| origins.len().checked_mul(512 * n));
         if numbers != Some(values.len()) {
             return Err(fault("values and grid do not fit together"));
         }

@@ -17,7 +17,7 @@ const PIPE_BYTES: libc::c_int = 1 << 20;
 const MAX_REASON: usize = 600;
 
 /// How long a worker that has closed its pipe may take to end.
-const GRACE: Duration = Duration::from_secs(5);
+const GRACE: Duration = Duration::from_secs(2);
 
 /// A worker to be started.
 pub(crate) struct Job<'a> {
@@ -130,24 +130,25 @@ impl Job<'_> {
     }
 }
 
-/// Ends the worker now.
+/// Ends the worker now, with whatever it has started: that might hold the pipes open.
 fn end(mut child: Child) -> Option<ExitStatus> {
-    let _ = child.kill();
+    // SAFETY: no memory is touched. The child leads a process group of its own and was not waited for, so the number is its.
+    unsafe { libc::kill(-(child.id() as libc::pid_t), libc::SIGKILL) };
     child.wait().ok()
 }
 
 /// How the worker, whose pipe is closed, ended by itself; one that does not is killed.
 fn wait(mut child: Child) -> Option<ExitStatus> {
     let start = Instant::now();
-    while start.elapsed() < GRACE {
-        match child.try_wait() {
-            Ok(None) => std::thread::sleep(Duration::from_millis(1)),
-            Ok(status) => return status,
-            Err(_) => break,
+    while let Ok(None) = child.try_wait() {
+        if start.elapsed() > GRACE {
+            end(child);
+            return None;
         }
+        std::thread::sleep(Duration::from_millis(1));
     }
-    end(child);
-    None
+    // Known since then.
+    child.wait().ok()
 }
 
 /// What to blame, given how the worker ended.

@@ -71,7 +71,9 @@ fn grids_of_every_kind_are_sent_as_they_are() {
         writer.write(&path, compression).map_err(said).expect("written");
         let [here, sent] = both_ways(&path);
         assert_eq!(here.len(), 18);
-        assert!(here.iter().all(|grid| !grid.leaf_origins.is_empty() && !grid.tiles.is_empty()));
+        // What is converted from a level set may lose what lies outside.
+        let has_parts = |grid: &VdbGrid| !grid.leaf_origins.is_empty() && !grid.tiles.is_empty();
+        assert!(here.iter().all(|grid| grid.header.was_level_set || has_parts(grid)));
         assert!(here == sent, "compression {compression}");
     }
 }

@@ -5,13 +5,18 @@ use std::time::{Duration, Instant};
 
 use super::*;
 
-/// What reading ends with if the worker is a shell script that greets and then does this.
+/// What reading ends with if the worker is this shell script.
 fn with_worker(script: &str) -> VdbError {
+    within(Duration::from_secs(20), script)
+}
+
+/// The same if it may take this long.
+fn within(wall: Duration, script: &str) -> VdbError {
     let folder = tempfile::tempdir().expect("a folder");
     let program = folder.path().join("worker");
     std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).expect("written");
     std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("executable");
-    let limits = Limits { memory: Some(1 << 30), wall: Some(Duration::from_secs(20)), ..Limits::default() };
+    let limits = Limits { memory: Some(1 << 30), wall: Some(wall), ..Limits::default() };
     let start = Instant::now();
     let error = loop {
         match read_with(&program, Path::new("some.vdb"), 100, &limits).expect_err("no grids") {
@@ -68,12 +73,17 @@ fn nonsense_is_an_error() {
         assert!(matches!(error, VdbError::Damaged { .. }), "{script}: {error}");
     }
     // A header of 2^56 bytes.
-    let error = with_worker(&format!("{GREETING}\n{}", r"printf '\001\000\000\000\000\000\000\000\001'; cat /dev/zero"));
+    let error =
+        with_worker(&format!("{GREETING}\n{}", r"printf '\001\000\000\000\000\000\000\000\001'; cat /dev/zero"));
     assert!(matches!(error, VdbError::Limit { .. }), "{error}");
 }
 
 #[test]
-fn a_reader_that_closes_its_output_and_stays_is_ended() {
+fn a_reader_that_stays_is_ended() {
+    // One that closes its output.
     let error = with_worker(&format!("{GREETING}\nexec >&-\nexec sleep 60"));
     assert!(matches!(error, VdbError::Damaged { .. }), "{error}");
+    // One whose own child keeps it open.
+    let error = within(Duration::from_secs(1), &format!("{GREETING}\nsleep 60"));
+    assert!(matches!(&error, VdbError::Damaged { reason, .. } if reason.contains("1 s")), "{error}");
 }

@@ -118,7 +118,11 @@ impl Head {
     /// How many elements it says that it holds.
     fn count<T>(self) -> Result<usize, WireError> {
         let bytes = usize::try_from(self.length).map_err(|_| WireError::TooMuch)?;
-        if bytes.is_multiple_of(size_of::<T>()) { Ok(bytes / size_of::<T>()) } else { Err(WireError::Bad("wrong count")) }
+        if bytes.is_multiple_of(size_of::<T>()) {
+            Ok(bytes / size_of::<T>())
+        } else {
+            Err(WireError::Bad("wrong count"))
+        }
     }
 }
 
