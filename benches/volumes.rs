@@ -50,9 +50,6 @@ struct Measured {
 }
 
 fn main() {
-    // Volume files are read by a child process, which is this very program.
-    #[cfg(feature = "openvdb")]
-    openvdb::run_reader_if_asked();
     let (seed, count) = (argument("seed", 1), argument("rays", 20_000));
     let repetitions = argument("repetitions", 7).max(1);
     let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join(SHARED_FIRE);

@@ -11,8 +11,5 @@ use lanternfish::cli::{self, Arguments};
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    // Volume files are read by a child process, which is this very program.
-    #[cfg(feature = "openvdb")]
-    openvdb::run_reader_if_asked();
     cli::run(&Arguments::parse()).into()
 }

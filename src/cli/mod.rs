@@ -57,6 +57,7 @@ impl From<&SceneErrorKind> for ExitStatus {
     fn from(kind: &SceneErrorKind) -> Self {
         match kind {
             SceneErrorKind::Limit(_) => Self::Limit,
+            SceneErrorKind::System(_) => Self::Failed,
             SceneErrorKind::Syntax(_)
             | SceneErrorKind::Parameter(_)
             | SceneErrorKind::Undefined(_)

@@ -141,7 +141,7 @@ fn is_other_picture(path: &Path) -> bool {
 }
 
 /// Refuses to write two things to one file, or over an input.
-pub fn refuse_overlap<'a>(outputs: &[&'a Path], mut inputs: impl Iterator<Item = PathBuf>) -> Result<(), RenderError> {
+pub fn refuse_overlap(outputs: &[&Path], mut inputs: impl Iterator<Item = PathBuf>) -> Result<(), RenderError> {
     // Files that are not there yet are told apart by their folder and name.
     let place = |path: &Path| {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -138,7 +138,8 @@ fn warnings_are_lines() {
 }
 
 #[test]
-fn limits_and_bad_input_end_differently() {
+fn limits_bad_input_and_faults_of_the_system_end_differently() {
+    assert_eq!(ExitStatus::from(&SceneErrorKind::System(String::new())) as u8, 1);
     assert_eq!(ExitStatus::from(&SceneErrorKind::Limit(String::new())) as u8, 4);
     assert_eq!(ExitStatus::from(&SceneErrorKind::Syntax(String::new())) as u8, 3);
 }

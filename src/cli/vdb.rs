@@ -12,8 +12,8 @@ pub fn run_info_vdb(path: &Path, json: bool) -> ExitStatus {
     match describe(path) {
         Ok(summary) => print_report(&summary, json),
         Err(error) => {
-            print_message(&error);
-            ExitStatus::BadInput
+            print_message(&error.to_string());
+            ExitStatus::from(&error)
         }
     }
 }

@@ -28,6 +28,9 @@ pub enum SceneErrorKind {
     /// Something that this build or version cannot do.
     #[error("{0}")]
     Unsupported(String),
+    /// A fault outside of the input: of this program's installation, or somebody stopped a part of it.
+    #[error("{0}")]
+    System(String),
     /// More memory, nesting or size than is allowed.
     #[error("{0}")]
     Limit(String),

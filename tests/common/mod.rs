@@ -41,9 +41,8 @@ impl Default for Options {
 
 /// Renders a scene file.
 pub fn render_file(path: &Path, options: &Options) -> Result<(Outcome, Warnings), String> {
-    // A test harness cannot be its own reader of volumes.
     #[cfg(feature = "openvdb")]
-    openvdb::set_reader(env!("CARGO_BIN_EXE_lanternfish"));
+    openvdb::set_worker(env!("CARGO_BIN_EXE_lanternfish-vdb"));
     let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| e.to_string())?;
     let outcome = pool.install(|| {

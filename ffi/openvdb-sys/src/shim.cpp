@@ -40,6 +40,9 @@ struct Entry {
     std::string unique, name, type, value_type, grid_class, map, skipped;
     std::vector<std::pair<std::string, std::string>> metadata;
     openvdb::GridBase::Ptr grid;
+    // What lf_grid_load told the caller to make room for; lf_grid_copy fills just that.
+    uint8_t storage = LF_F32;
+    uint64_t leaves = 0, tiles = 0;
 };
 
 // Reads a file's table of grids only, to see whether the file is as long as the table says: OpenVDB does not check the
@@ -242,40 +245,46 @@ void lf_grid_load(lf_file* file, uint64_t index, lf_info* info, lf_error* error)
             info->leaves = g.tree().leafCount();
             each_tile(g, [&](const openvdb::CoordBBox&, const auto&, bool) { ++info->tiles; });
         });
+        entry.storage = info->storage;
+        entry.leaves = info->leaves;
+        entry.tiles = info->tiles;
         entry.grid = grid;
     });
 }
 
 void lf_grid_copy(lf_file* file, uint64_t index, int32_t* origins, void* values, lf_tile* tiles, lf_error* error) {
     guard(error, [&] {
-        openvdb::GridBase::Ptr grid = file->entries[index].grid;
-        if (!grid) OPENVDB_THROW(openvdb::RuntimeError, "the grid is not loaded");
-        const bool half = grid->saveFloatAsHalf() && grid->getGridClass() != openvdb::GRID_LEVEL_SET;
-        // A converted level set has become a fog volume, so the class no longer tells; the metadata of the entry does.
-        const bool converted = file->entries[index].grid_class == "level set";
-        with_grid(grid, [&](auto& g) {
+        const Entry& entry = file->entries[index];
+        if (!entry.grid) OPENVDB_THROW(openvdb::RuntimeError, "the grid is not loaded");
+        const auto changed = [] { OPENVDB_THROW(openvdb::RuntimeError, "the grid is not the one that was counted"); };
+        with_grid(entry.grid, [&](auto& g) {
             using GridT = std::decay_t<decltype(g)>;
+            if (is_vec3<GridT> != (entry.storage == LF_VEC3)) changed();
             float* floats = static_cast<float*>(values);
             uint16_t* halves = static_cast<uint16_t*>(values);
-            for (auto leaf = g.tree().cbeginLeaf(); leaf; ++leaf) {
+            uint64_t leaves = 0, tiles_left = entry.tiles;
+            for (auto leaf = g.tree().cbeginLeaf(); leaf; ++leaf, ++leaves) {
+                if (leaves == entry.leaves) changed();
                 const auto origin = leaf->origin();
                 for (int i = 0; i < 3; ++i) *origins++ = origin[i];
                 const auto* data = leaf->buffer().data();
                 if constexpr (is_vec3<GridT>) {
                     for (int i = 0; i < 512; ++i, floats += 3) to_floats(data[i], floats);
-                } else if (half && !converted) {
+                } else if (entry.storage == LF_F16) {
                     for (int i = 0; i < 512; ++i) *halves++ = openvdb::math::half(float(data[i])).bits();
                 } else {
                     for (int i = 0; i < 512; ++i) *floats++ = float(data[i]);
                 }
             }
             each_tile(g, [&](const openvdb::CoordBBox& box, const auto& value, bool active) {
+                if (tiles_left-- == 0) changed();
                 for (int i = 0; i < 3; ++i) tiles->origin[i] = box.min()[i];
                 tiles->size = int32_t(box.max()[0] - box.min()[0] + 1);
                 to_floats(value, tiles->value);
                 tiles->active = active;
                 ++tiles;
             });
+            if (leaves != entry.leaves || tiles_left != 0) changed();
         });
     });
 }

@@ -47,7 +47,7 @@ uint64_t lf_grid_string(const struct lf_file* file, uint64_t grid, int32_t which
 uint64_t lf_grid_metadata(const struct lf_file* file, uint64_t grid, uint64_t item, int32_t value, char* out, uint64_t capacity);
 /* Reads the grid (once) and fills *info. A grid of a kind that is not read leaves leaves = tiles = 0 and says why as LF_SKIPPED. */
 void lf_grid_load(struct lf_file* file, uint64_t grid, struct lf_info* info, struct lf_error* error);
-/* values: leaves * 512 elements of the storage, x slowest. */
+/* Fills what lf_grid_load counted, or says that the grid changed. values: leaves * 512 elements of the storage, x slowest. */
 void lf_grid_copy(struct lf_file* file, uint64_t grid, int32_t* origins, void* values, struct lf_tile* tiles, struct lf_error* error);
 void lf_grid_free(struct lf_file* file, uint64_t grid);
 

@@ -1,24 +1,24 @@
 //! OpenVDB files for Lanternfish: grids as leaves and tiles, exactly as stored.
 //!
-//! OpenVDB trusts what it reads: damage inside a compressed block corrupts the heap, hangs or aborts. So [`read_vdb`]
-//! reads in a **child process** with limits on memory, processor time and wall-clock time, which sends the grids through
-//! a pipe. The child is the running program itself, started with a hidden first argument: `main` must call
-//! [`run_reader_if_asked`] before anything else. Where the running program cannot do that (test harnesses), the
-//! environment variable `LANTERNFISH_VDB_READER` names an executable that does, such as this crate's `vdb-reader`.
+//! OpenVDB trusts what it reads: damage inside a compressed block corrupts the heap, hangs or aborts. And its library with
+//! all that it needs takes tens of milliseconds to load. So nothing of it is linked here: [`read_vdb`] and [`VdbWriter`]
+//! start the **worker**, the program `lanternfish-vdb` (crate `lanternfish-openvdb-worker`), and exchange grids with it
+//! through its standard input and output ([`wire`]). While reading, the worker has limits on memory, processor time and
+//! wall-clock time, and what it sends is not trusted either.
 //!
-//! [`VdbWriter`] writes fog volumes.
+//! The worker is what the environment variable [`WORKER_VARIABLE`] names, else what [`set_worker`] names, else
+//! `lanternfish-vdb` in the folder of the running executable (for cargo's tests and benchmarks: in the folder above).
 
 #![warn(missing_docs)]
 
-mod child;
-mod in_process;
-mod parent;
+mod locate;
+mod process;
+mod read;
 mod types;
-mod wire;
+pub mod wire;
 mod write;
 
-pub use child::run_reader_if_asked;
-pub use in_process::read_vdb_in_process;
-pub use parent::{READER_VARIABLE, read_vdb, set_reader};
+pub use locate::{WORKER_NAME, WORKER_VARIABLE, set_worker};
+pub use read::read_vdb;
 pub use types::{GridClass, GridHeader, GridMap, GridValues, Limits, Tile, VdbError, VdbGrid};
 pub use write::{Compression, Precision, VdbWriter};

@@ -32,13 +32,22 @@ pub enum VdbError {
         /// Which limit, in words.
         reason: String,
     },
-    /// The reader process could not be started or does not speak our language.
-    #[error("cannot start the OpenVDB reader {program}: {reason}")]
+    /// The worker process, which reads and writes, could not be started or does not speak our language: a fault of the
+    /// installation, not of the file.
+    #[error("cannot use {program}, the program that reads and writes OpenVDB files: {reason}")]
     Reader {
         /// The executable.
         program: PathBuf,
         /// Why, in words.
         reason: String,
+    },
+    /// Somebody stopped the reader process.
+    #[error("{path}: its reader was stopped by {signal}")]
+    Stopped {
+        /// The file.
+        path: PathBuf,
+        /// The signal's name.
+        signal: &'static str,
     },
     /// Writing failed.
     #[error("cannot write OpenVDB grids: {0}")]
@@ -163,7 +172,7 @@ pub struct GridHeader {
     pub tile_count: u64,
     /// Why the values are not read, for kinds of grids that are not.
     pub skipped: Option<String>,
-    /// Metadata as text.
+    /// Metadata as text; long values are cut.
     pub metadata: Vec<(String, String)>,
 }
 

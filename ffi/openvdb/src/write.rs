@@ -1,14 +1,13 @@
-//! Writing fog volumes (and, for tests, grids of the other kinds that are read).
+//! Writing fog volumes (and, for tests, grids of the other kinds that are read) through the worker.
 
-use std::ffi::{CString, c_char};
+mod job;
+
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
-use std::ptr::NonNull;
 
-use openvdb_sys as sys;
-
-use crate::in_process::message;
+use crate::locate;
 use crate::types::{GridClass, Tile, VdbError};
+use crate::wire::{NewGrid, Part};
 
 /// How values are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,74 +32,46 @@ pub enum Precision {
 }
 
 /// Collects grids and writes them to one file.
-pub struct VdbWriter(NonNull<sys::lf_writer>);
+#[derive(Debug, Default)]
+pub struct VdbWriter {
+    grids: Vec<NewGrid>,
+}
 
-impl Drop for VdbWriter {
-    fn drop(&mut self) {
-        // SAFETY: the pointer came from lf_writer_new and is freed once, here.
-        unsafe { sys::lf_writer_free(self.0.as_ptr()) }
+fn wrong(reason: &str) -> VdbError {
+    VdbError::Write(reason.into())
+}
+
+/// The grid of a cube of voxels, without what makes it special.
+fn new_grid(name: &str, background: [f32; 3], voxel_size: f64, translation: [f64; 3]) -> NewGrid {
+    NewGrid {
+        name: name.to_owned(),
+        vectors: false,
+        precision: Precision::Single,
+        class: GridClass::Unknown,
+        background,
+        voxel_size,
+        translation,
+        frustum: None,
+        parts: Vec::new(),
     }
-}
-
-fn check(error: &sys::lf_error) -> Result<(), VdbError> {
-    if error.code == 0 { Ok(()) } else { Err(VdbError::Write(message(error))) }
-}
-
-fn text(bytes: &[u8]) -> Result<CString, VdbError> {
-    CString::new(bytes).map_err(|_| VdbError::Write("a name holds a zero byte".into()))
-}
-
-/// What a grid to be written is.
-struct Kind {
-    components: i32,
-    precision: Precision,
-    class: GridClass,
 }
 
 impl VdbWriter {
     /// A writer without grids.
     pub fn new() -> Result<Self, VdbError> {
-        let mut error = sys::lf_error::default();
-        // SAFETY: `error` is a valid place.
-        let writer = unsafe { sys::lf_writer_new(&mut error) };
-        check(&error)?;
-        NonNull::new(writer).map(Self).ok_or_else(|| VdbError::Write("out of memory".into()))
+        Ok(Self::default())
     }
 
-    fn begin(
-        &mut self,
-        name: &str,
-        kind: &Kind,
-        background: [f32; 3],
-        voxel_size: f64,
-        translation: [f64; 3],
-        frustum: Option<[f64; 8]>,
-    ) -> Result<(), VdbError> {
-        let name = text(name.as_bytes())?;
-        let class = match kind.class {
-            GridClass::FogVolume => 1,
-            GridClass::LevelSet => 2,
-            GridClass::Staggered | GridClass::Unknown => 0,
-        };
-        let frustum = frustum.as_ref().map_or(std::ptr::null(), |f| f.as_ptr());
-        let mut error = sys::lf_error::default();
-        // SAFETY: all pointers are to arrays of the lengths that shim.h states, alive over the call.
-        unsafe {
-            sys::lf_writer_grid(
-                self.0.as_ptr(),
-                name.as_ptr().cast::<c_char>(),
-                kind.components,
-                i32::from(kind.precision == Precision::Half),
-                i32::from(kind.precision == Precision::Double),
-                class,
-                background.as_ptr(),
-                voxel_size,
-                translation.as_ptr(),
-                frustum,
-                &mut error,
-            );
+    fn begin(&mut self, grid: NewGrid) -> Result<(), VdbError> {
+        if grid.name.contains('\0') {
+            return Err(wrong("a name holds a zero byte"));
         }
-        check(&error)
+        self.grids.push(grid);
+        Ok(())
+    }
+
+    fn current(&mut self) -> Result<&mut NewGrid, VdbError> {
+        self.grids.last_mut().ok_or_else(|| wrong("no grid was begun"))
     }
 
     /// Begins a fog volume of scalars. Index (0, 0, 0) lies at `translation`; `voxel_size` is in world units.
@@ -112,8 +83,8 @@ impl VdbWriter {
         voxel_size: f64,
         translation: [f64; 3],
     ) -> Result<(), VdbError> {
-        let kind = Kind { components: 1, precision, class: GridClass::FogVolume };
-        self.begin(name, &kind, [background, 0.0, 0.0], voxel_size, translation, None)
+        let grid = new_grid(name, [background, 0.0, 0.0], voxel_size, translation);
+        self.begin(NewGrid { precision, class: GridClass::FogVolume, ..grid })
     }
 
     /// Begins a grid of scalars of any class.
@@ -125,8 +96,7 @@ impl VdbWriter {
         voxel_size: f64,
         translation: [f64; 3],
     ) -> Result<(), VdbError> {
-        let kind = Kind { components: 1, precision: Precision::Single, class };
-        self.begin(name, &kind, [background, 0.0, 0.0], voxel_size, translation, None)
+        self.begin(NewGrid { class, ..new_grid(name, [background, 0.0, 0.0], voxel_size, translation) })
     }
 
     /// Begins a grid of vectors.
@@ -138,8 +108,7 @@ impl VdbWriter {
         voxel_size: f64,
         translation: [f64; 3],
     ) -> Result<(), VdbError> {
-        let kind = Kind { components: 3, precision, class: GridClass::Unknown };
-        self.begin(name, &kind, background, voxel_size, translation, None)
+        self.begin(NewGrid { vectors: true, precision, ..new_grid(name, background, voxel_size, translation) })
     }
 
     /// Begins a fog volume in a frustum: the index box `min..max` tapers along z (near over far width) over `depth` near
@@ -153,60 +122,47 @@ impl VdbWriter {
         size: f64,
         translation: [f64; 3],
     ) -> Result<(), VdbError> {
-        let kind = Kind { components: 1, precision: Precision::Single, class: GridClass::FogVolume };
-        let frustum = [min[0], min[1], min[2], max[0], max[1], max[2], taper, depth];
-        self.begin(name, &kind, [0.0; 3], size, translation, Some(frustum))
+        let frustum = Some([min[0], min[1], min[2], max[0], max[1], max[2], taper, depth]);
+        self.begin(NewGrid { class: GridClass::FogVolume, frustum, ..new_grid(name, [0.0; 3], size, translation) })
     }
 
     /// Adds leaves to the grid begun last: `values` holds 512 per origin, z fastest. Voxels equal to the background stay
     /// inactive. For grids of vectors see [`VdbWriter::vec3_leaves`].
     pub fn leaves(&mut self, origins: &[[i32; 3]], values: &[f32]) -> Result<(), VdbError> {
-        self.raw_leaves(origins, values, 1)
+        self.put_leaves(origins, values, false)
     }
 
     /// The same for grids of vectors.
     pub fn vec3_leaves(&mut self, origins: &[[i32; 3]], values: &[[f32; 3]]) -> Result<(), VdbError> {
-        self.raw_leaves(origins, values.as_flattened(), 3)
+        self.put_leaves(origins, values.as_flattened(), true)
     }
 
-    fn raw_leaves(&mut self, origins: &[[i32; 3]], values: &[f32], components: usize) -> Result<(), VdbError> {
-        // The shim reads as many components as the grid has, which is at most 3: only vec3_leaves may meet vectors.
-        if values.len() != origins.len() * 512 * components {
-            return Err(VdbError::Write("leaves need 512 values each".into()));
+    fn put_leaves(&mut self, new: &[[i32; 3]], numbers: &[f32], vectors: bool) -> Result<(), VdbError> {
+        let grid = self.current()?;
+        if grid.vectors != vectors {
+            return Err(wrong("values and grid differ in components"));
         }
-        if self.components()? != components {
-            return Err(VdbError::Write("values and grid differ in components".into()));
+        if numbers.len() != new.len() * grid.leaf_numbers() {
+            return Err(wrong("leaves need 512 values each"));
         }
-        let mut error = sys::lf_error::default();
-        // SAFETY: lengths were checked just now.
-        unsafe {
-            let origins_start = origins.as_ptr().cast();
-            sys::lf_writer_leaves(self.0.as_ptr(), origins_start, values.as_ptr(), origins.len() as u64, &mut error);
+        let new = new.iter().map(|origin| origin.map(|c| c & !7));
+        if let Some(Part::Leaves { origins, values }) = grid.parts.last_mut() {
+            origins.extend(new);
+            values.extend_from_slice(numbers);
+        } else {
+            grid.parts.push(Part::Leaves { origins: new.collect(), values: numbers.to_vec() });
         }
-        check(&error)
-    }
-
-    fn components(&self) -> Result<usize, VdbError> {
-        // SAFETY: the writer is alive.
-        match unsafe { sys::lf_writer_components(self.0.as_ptr()) } {
-            0 => Err(VdbError::Write("no grid was begun".into())),
-            n => Ok(n as usize),
-        }
+        Ok(())
     }
 
     /// Adds tiles to the grid begun last.
     pub fn tiles(&mut self, tiles: &[Tile]) -> Result<(), VdbError> {
         if !tiles.iter().all(|t| matches!(t.size, 8 | 128 | 4096)) {
-            return Err(VdbError::Write("tiles have edges of 8, 128 or 4096 voxels".into()));
+            return Err(wrong("tiles have edges of 8, 128 or 4096 voxels"));
         }
-        let raw: Vec<sys::lf_tile> = tiles
-            .iter()
-            .map(|t| sys::lf_tile { origin: t.origin, size: t.size, value: t.value, active: t.active.into() })
-            .collect();
-        let mut error = sys::lf_error::default();
-        // SAFETY: `raw` is alive over the call and its length is given.
-        unsafe { sys::lf_writer_tiles(self.0.as_ptr(), raw.as_ptr(), raw.len() as u64, &mut error) };
-        check(&error)
+        let tiles = tiles.iter().map(|t| Tile { origin: t.origin.map(|c| c & !(t.size - 1)), ..*t });
+        self.current()?.parts.push(Part::Tiles(tiles.collect()));
+        Ok(())
     }
 
     /// Adds a dense block of scalars to the grid begun last: `value(x, y, z)` for each index of `origin..origin + size`;
@@ -243,15 +199,9 @@ impl VdbWriter {
 
     /// Writes all grids to `path` (an existing file is replaced; on an error it may be incomplete).
     pub fn write(self, path: &Path, compression: Compression) -> Result<(), VdbError> {
-        let path = text(path.as_os_str().as_bytes())?;
-        let compression = match compression {
-            Compression::None => 0,
-            Compression::Zip => 1,
-            Compression::Blosc => 2,
-        };
-        let mut error = sys::lf_error::default();
-        // SAFETY: `path` is a terminated string, alive over the call.
-        unsafe { sys::lf_writer_write(self.0.as_ptr(), path.as_ptr(), compression, &mut error) };
-        check(&error)
+        if path.as_os_str().as_bytes().contains(&0) {
+            return Err(wrong("the file's name holds a zero byte"));
+        }
+        job::write_with(&locate::worker()?, self.grids, path, compression)
     }
 }

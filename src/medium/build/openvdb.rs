@@ -195,12 +195,7 @@ mod reading {
         })?;
         let path = scene.resolve(filename);
         let span = params.iter().find(|p| p.name == "filename").map_or(params.span, |p| p.span);
-        let grids = file::read(&path).map_err(|error| {
-            let prefix = format!("{}: ", path.display());
-            let text = error.to_string();
-            let reason = text.strip_prefix(&prefix).unwrap_or(&text).to_owned();
-            SceneError::at(span, SceneErrorKind::File { path: path.clone(), reason })
-        })?;
+        let grids = file::read(&path).map_err(|kind| SceneError::at(span, kind))?;
         let mut source = Source { params, grids, render_from_medium, strict };
         let number = match params.string("density")? {
             Some(name) => source.find("density", name)?,

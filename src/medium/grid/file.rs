@@ -5,6 +5,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::scene::SceneErrorKind;
+
 /// What a .vdb file holds.
 #[derive(Clone, Debug, Serialize)]
 pub struct VdbSummary {
@@ -61,8 +63,8 @@ mod reading {
     pub const LEFT_OUT: &str = "this lanternfish was built without OpenVDB (cargo feature \"openvdb\")";
 
     /// Refuses.
-    pub fn describe(path: &Path) -> Result<VdbSummary, String> {
-        Err(format!("cannot read {}: {LEFT_OUT}", path.display()))
+    pub fn describe(path: &Path) -> Result<VdbSummary, SceneErrorKind> {
+        Err(SceneErrorKind::Unsupported(format!("cannot read {}: {LEFT_OUT}", path.display())))
     }
 }
 
@@ -78,9 +80,19 @@ mod reading {
     use crate::medium::grid::map::{Frustum, IndexMap};
     use crate::medium::grid::sparse::{SparseGrid, TileOf, Voxel};
 
-    /// Reads a file in the reader process.
-    pub fn read(path: &Path) -> Result<Vec<VdbGrid>, VdbError> {
-        read_vdb(path, &Limits::default())
+    /// Reads a file in the worker process.
+    pub fn read(path: &Path) -> Result<Vec<VdbGrid>, SceneErrorKind> {
+        read_vdb(path, &Limits::default()).map_err(|error| match error {
+            VdbError::Io { .. } | VdbError::Damaged { .. } | VdbError::Limit { .. } => {
+                let text = error.to_string();
+                let reason = text.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&text).to_owned();
+                SceneErrorKind::File { path: path.to_owned(), reason }
+            }
+            // Not the file's fault.
+            VdbError::Reader { .. } | VdbError::Stopped { .. } | VdbError::Write(_) => {
+                SceneErrorKind::System(error.to_string())
+            }
+        })
     }
 
     fn sparse<V: Voxel>(grid: &VdbGrid, values: Vec<V>, one: impl Fn([f32; 3]) -> V) -> Arc<SparseGrid<V>> {
@@ -127,8 +139,8 @@ mod reading {
     }
 
     /// Every grid of the file `path`, whether it can be used or why not.
-    pub fn describe(path: &Path) -> Result<VdbSummary, String> {
-        let grids = read(path).map_err(|e| e.to_string())?;
+    pub fn describe(path: &Path) -> Result<VdbSummary, SceneErrorKind> {
+        let grids = read(path)?;
         let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
         let grids = grids.into_iter().map(|mut grid| {
             let any = voxels(&mut grid);

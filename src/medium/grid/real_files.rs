@@ -5,10 +5,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3, Vec3};
-use openvdb::read_vdb_in_process;
 
 use super::field::{AnyGrid, ScalarGrid, with_scalar};
-use super::file::{place, voxels};
+use super::file::{place, read, voxels};
 use super::map::IndexMap;
 use super::sparse::SparseGrid;
 use crate::math::sampler::Stream;
@@ -19,7 +18,7 @@ fn shared(name: &str) -> Option<PathBuf> {
 }
 
 fn density(path: &Path) -> (ScalarGrid, IndexMap) {
-    let grids = read_vdb_in_process(path, true).expect("readable");
+    let grids = read(path).expect("readable");
     let mut grid = grids.into_iter().find(|g| g.header.name == "density").expect("a density");
     let map = place(&grid, &DAffine3::IDENTITY).expect("invertible");
     match voxels(&mut grid) {

@@ -28,7 +28,7 @@ struct ObjectPart {
 }
 
 /// Parts that one object may come to: objects that hold each other twice double them at every level.
-const MOST_PARTS: usize = 1 << 20;
+const MOST_PARTS: usize = 1 << 19;
 
 /// How often memory is looked at.
 const INSTANCES_BETWEEN_CHECKS: usize = 1 << 16;

@@ -1,4 +1,4 @@
-//! Reading in this very process: what the reader process does, and what only trusted files may be given to.
+//! Reading in this very process, through the shim. OpenVDB trusts what it reads, so this is `unsafe`: see [`File::open`].
 
 use std::ffi::{CString, c_char};
 use std::os::unix::ffi::OsStrExt;
@@ -6,11 +6,13 @@ use std::path::Path;
 use std::ptr::NonNull;
 
 use half::f16;
+use lanternfish_openvdb::{GridClass, GridHeader, GridMap, GridValues, Tile, VdbGrid};
 use openvdb_sys as sys;
 
-use crate::types::{GridClass, GridHeader, GridMap, GridValues, Tile, VdbError, VdbGrid};
+use crate::Fault;
 
-pub(crate) fn message(error: &sys::lf_error) -> String {
+/// The shim's words.
+pub fn message(error: &sys::lf_error) -> String {
     let bytes: Vec<u8> = error.text.iter().take_while(|&&c| c != 0).map(|&c| c as u8).collect();
     let text = String::from_utf8_lossy(&bytes).into_owned();
     // OpenVDB puts its exception's name in front of each text.
@@ -18,7 +20,7 @@ pub(crate) fn message(error: &sys::lf_error) -> String {
 }
 
 /// An open file of the shim.
-pub(crate) struct File(NonNull<sys::lf_file>);
+pub struct File(NonNull<sys::lf_file>);
 
 impl Drop for File {
     fn drop(&mut self) {
@@ -27,28 +29,46 @@ impl Drop for File {
     }
 }
 
-fn check(path: &Path, error: &sys::lf_error) -> Result<(), VdbError> {
+/// What is said where memory runs out.
+pub const TOO_LITTLE_MEMORY: &str = "reading it takes more memory than is allowed";
+
+/// Values of metadata are cut to this many bytes.
+const MAX_METADATA: usize = 4096;
+
+fn check(error: &sys::lf_error) -> Result<(), Fault> {
     match error.code {
         0 => Ok(()),
-        2 => Err(VdbError::Limit { path: path.into(), reason: "reading it takes more memory than is allowed".into() }),
-        _ => Err(VdbError::Damaged { path: path.into(), reason: message(error) }),
+        2 => Err(Fault::new(Fault::LIMIT, TOO_LITTLE_MEMORY)),
+        _ => Err(Fault::new(Fault::DAMAGED, message(error))),
     }
 }
 
+/// `count` times `value`.
+fn filled<T: Clone>(value: T, count: usize) -> Result<Vec<T>, Fault> {
+    let mut all = Vec::new();
+    all.try_reserve_exact(count).map_err(|_| Fault::new(Fault::LIMIT, TOO_LITTLE_MEMORY))?;
+    all.resize(count, value);
+    Ok(all)
+}
+
 impl File {
-    pub(crate) fn open(path: &Path) -> Result<Self, VdbError> {
+    /// Opens a file.
+    ///
+    /// # Safety
+    /// OpenVDB writes where damage in the file tells it to. Either the file is whole, or nothing in this process
+    /// matters and nothing that it says from now on is believed.
+    pub unsafe fn open(path: &Path) -> Result<Self, Fault> {
         let name = CString::new(path.as_os_str().as_bytes())
-            .map_err(|_| VdbError::Io { path: path.into(), reason: "the name holds a zero byte".into() })?;
+            .map_err(|_| Fault::new(Fault::IO, "the name holds a zero byte"))?;
         let mut error = sys::lf_error::default();
         // SAFETY: `name` is a terminated string and `error` a valid place, both alive over the call.
         let file = unsafe { sys::lf_open(name.as_ptr(), &mut error) };
-        check(path, &error)?;
-        NonNull::new(file)
-            .map(Self)
-            .ok_or_else(|| VdbError::Damaged { path: path.into(), reason: "it cannot be opened".into() })
+        check(&error)?;
+        NonNull::new(file).map(Self).ok_or_else(|| Fault::new(Fault::DAMAGED, "it cannot be opened"))
     }
 
-    pub(crate) fn grid_count(&self) -> u64 {
+    /// How many grids there are.
+    pub fn grid_count(&self) -> u64 {
         // SAFETY: the file is open.
         unsafe { sys::lf_grid_count(self.0.as_ptr()) }
     }
@@ -58,25 +78,30 @@ impl File {
         two_phase(|out, capacity| unsafe { sys::lf_grid_string(self.0.as_ptr(), grid, which, out, capacity) })
     }
 
-    /// Loads grid number `grid`, hands its header and then, if `values`, its contents to `sink`, and frees it.
-    pub(crate) fn load(&self, path: &Path, grid: u64, values: bool) -> Result<VdbGrid, VdbError> {
+    /// Grid number `grid`, below [`File::grid_count`]; its values if `values`.
+    ///
+    /// # Safety
+    /// As for [`File::open`].
+    pub unsafe fn load(&self, grid: u64, values: bool) -> Result<VdbGrid, Fault> {
+        assert!(grid < self.grid_count(), "there is such a grid");
         let mut info = sys::lf_info::default();
         let mut error = sys::lf_error::default();
         // SAFETY: `grid` is below grid_count; both places are valid over the call.
         unsafe { sys::lf_grid_load(self.0.as_ptr(), grid, &mut info, &mut error) };
-        check(path, &error)?;
+        check(&error)?;
         let header = self.header(grid, &info);
         let mut leaf_origins = Vec::new();
         let mut tiles = Vec::new();
         let mut stored = GridValues::Absent;
         if values && header.skipped.is_none() {
             let leaves = info.leaves as usize;
-            leaf_origins = vec![[0i32; 3]; leaves];
-            let mut raw_tiles = vec![sys::lf_tile::default(); info.tiles as usize];
+            leaf_origins = filled([0i32; 3], leaves)?;
+            let mut raw_tiles = filled(sys::lf_tile::default(), info.tiles as usize)?;
+            let numbers = leaves.saturating_mul(512);
             stored = match info.storage {
-                sys::LF_F16 => GridValues::F16(vec![f16::ZERO; leaves * 512]),
-                sys::LF_VEC3 => GridValues::Vec3(vec![[0.0; 3]; leaves * 512]),
-                _ => GridValues::F32(vec![0.0; leaves * 512]),
+                sys::LF_F16 => GridValues::F16(filled(f16::ZERO, numbers)?),
+                sys::LF_VEC3 => GridValues::Vec3(filled([0.0; 3], numbers)?),
+                _ => GridValues::F32(filled(0.0, numbers)?),
             };
             let target = match &mut stored {
                 GridValues::F16(v) => v.as_mut_ptr().cast(),
@@ -95,11 +120,11 @@ impl File {
                     &mut error,
                 );
             }
-            check(path, &error)?;
-            tiles = raw_tiles
-                .iter()
-                .map(|t| Tile { origin: t.origin, size: t.size, value: t.value, active: t.active != 0 })
-                .collect();
+            check(&error)?;
+            tiles = filled(Tile { origin: [0; 3], size: 0, value: [0.0; 3], active: false }, raw_tiles.len())?;
+            for (tile, t) in tiles.iter_mut().zip(&raw_tiles) {
+                *tile = Tile { origin: t.origin, size: t.size, value: t.value, active: t.active != 0 };
+            }
         }
         // SAFETY: `grid` is below grid_count.
         unsafe { sys::lf_grid_free(self.0.as_ptr(), grid) };
@@ -128,7 +153,7 @@ impl File {
                         sys::lf_grid_metadata(self.0.as_ptr(), grid, item, value, out, capacity)
                     })
                 };
-                (part(0), part(1))
+                (cut(part(0)), cut(part(1)))
             })
             .collect();
         let has_bounds = (0..3).all(|i| info.index_min[i] <= info.index_max[i]);
@@ -165,25 +190,11 @@ fn unique_index(unique: &str) -> u32 {
     unique.strip_suffix(']').and_then(|u| u.rsplit_once('[')).and_then(|(_, digits)| digits.parse().ok()).unwrap_or(0)
 }
 
-/// Puts grids in order of name and number, and renumbers those of one name from 0 without gaps.
-pub(crate) fn put_in_order(grids: &mut [VdbGrid]) {
-    grids.sort_by(|a, b| (&a.header.name, a.header.index).cmp(&(&b.header.name, b.header.index)));
-    let mut last: Option<(String, u32)> = None;
-    for grid in grids {
-        let index = match &last {
-            Some((name, index)) if *name == grid.header.name => index + 1,
-            _ => 0,
-        };
-        grid.header.index = index;
-        last = Some((grid.header.name.clone(), index));
+/// `text`, or its beginning.
+fn cut(mut text: String) -> String {
+    if text.len() > MAX_METADATA {
+        text.truncate(text.floor_char_boundary(MAX_METADATA));
+        text.push('…');
     }
-}
-
-/// Reads every grid of `path` in this process. A damaged file can bring the process down: see [`crate::read_vdb`].
-pub fn read_vdb_in_process(path: &Path, values: bool) -> Result<Vec<VdbGrid>, VdbError> {
-    let file = File::open(path)?;
-    let mut grids =
-        (0..file.grid_count()).map(|grid| file.load(path, grid, values)).collect::<Result<Vec<_>, VdbError>>()?;
-    put_in_order(&mut grids);
-    Ok(grids)
+    text
 }

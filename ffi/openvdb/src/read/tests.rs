@@ -1,0 +1,89 @@
+//! Workers that misbehave: shell scripts in their place.
+
+use std::os::unix::fs::PermissionsExt;
+use std::time::{Duration, Instant};
+
+use super::*;
+
+/// What reading ends with if the worker is this shell script.
+fn with_worker(script: &str) -> VdbError {
+    within(Duration::from_secs(20), script)
+}
+
+/// The same if it may take this long.
+fn within(wall: Duration, script: &str) -> VdbError {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = folder.path().join("worker");
+    std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).expect("written");
+    std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("executable");
+    let limits = Limits { memory: Some(1 << 30), wall: Some(wall), ..Limits::default() };
+    let start = Instant::now();
+    let error = loop {
+        match read_with(&program, Path::new("some.vdb"), 100, &limits).expect_err("no grids") {
+            // Another test's child, just forked, may hold the script open for writing.
+            VdbError::Reader { reason, .. } if reason.contains("Text file busy") => {}
+            error => break error,
+        }
+    };
+    assert!(start.elapsed() < Duration::from_secs(15), "{script} took long");
+    error
+}
+
+const GREETING: &str = r"printf 'LFVDB\000\000\002'";
+
+#[test]
+fn a_stopped_reader_does_not_make_the_file_damaged() {
+    for signal in ["INT", "TERM", "HUP"] {
+        for greeting in ["", GREETING] {
+            let error = with_worker(&format!("{greeting}\nkill -{signal} $$\nsleep 10"));
+            let VdbError::Stopped { signal: told, .. } = &error else { panic!("{signal}: {error}") };
+            assert_eq!(*told, format!("SIG{signal}"));
+            assert!(error.to_string().contains("some.vdb") && !error.to_string().contains("damaged"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_crash_after_the_greeting_is_the_files_fault_and_before_it_the_installations() {
+    for signal in ["SEGV", "ABRT", "KILL", "XCPU"] {
+        let error = with_worker(&format!("{GREETING}\nkill -{signal} $$\nsleep 10"));
+        assert!(matches!(error, VdbError::Damaged { .. }), "{signal}: {error}");
+        let error = with_worker(&format!("kill -{signal} $$\nsleep 10"));
+        assert!(matches!(error, VdbError::Reader { .. }), "{signal}: {error}");
+    }
+    let error = with_worker("exit 127");
+    assert!(matches!(&error, VdbError::Reader { reason, .. } if reason.contains("127")), "{error}");
+    let error = with_worker("echo I am somebody else");
+    assert!(matches!(error, VdbError::Reader { .. }), "{error}");
+}
+
+#[test]
+fn nonsense_is_an_error() {
+    let broken = [
+        "printf '\\011aaaaaaaabbbbbbbb'",
+        "exit 0",
+        "printf '\\002'",
+        // A header of no bytes.
+        r"printf '\001\000\000\000\000\000\000\000\000aaaaaaaa'",
+        // The end, and more.
+        r"printf '\003\000\000\000\000\000\000\000\000aaaaaaaa'; cat /dev/zero",
+    ];
+    for script in broken {
+        let error = with_worker(&format!("{GREETING}\n{script}"));
+        assert!(matches!(error, VdbError::Damaged { .. }), "{script}: {error}");
+    }
+    // A header of 2^56 bytes.
+    let error =
+        with_worker(&format!("{GREETING}\n{}", r"printf '\001\000\000\000\000\000\000\000\001'; cat /dev/zero"));
+    assert!(matches!(error, VdbError::Limit { .. }), "{error}");
+}
+
+#[test]
+fn a_reader_that_stays_is_ended() {
+    // One that closes its output.
+    let error = with_worker(&format!("{GREETING}\nexec >&-\nexec sleep 60"));
+    assert!(matches!(error, VdbError::Damaged { .. }), "{error}");
+    // One whose own child keeps it open.
+    let error = within(Duration::from_secs(1), &format!("{GREETING}\nsleep 60"));
+    assert!(matches!(&error, VdbError::Damaged { reason, .. } if reason.contains("1 s")), "{error}");
+}
