@@ -1,7 +1,7 @@
 //! Lanternfish: a CPU production renderer for scenes with very many lights and OpenVDB volumes.
 //!
 //! Rooms, from the top; each uses only those below it: [`cli`], [`report`], [`render`], [`integrator`], [`light`],
-//! [`medium`], [`material`], [`geometry`], [`gallery`], [`scene`], [`film`], [`math`].
+//! [`medium`], [`material`], [`geometry`], [`gallery`], [`film`], [`scene`], [`math`], [`system`].
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

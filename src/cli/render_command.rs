@@ -182,9 +182,6 @@ fn write_images(
     if outcome.interrupted {
         attribute("lanternfish.interrupted", "the render was stopped; pixels differ in their sample counts".to_owned());
     }
-    if job.film.sensor.is_biased() {
-        attribute("lanternfish.biased", "maxcomponentvalue cuts bright samples".to_owned());
-    }
     write_exr(output, &channels)?;
     if let Some(png) = settings.png_path(output) {
         write_png(&png, &outcome.film.beauty(), 0.0)?;

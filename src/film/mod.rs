@@ -205,7 +205,7 @@ impl Film {
 
     /// All channels, for [`exr::write_exr`]: `R G B`, `variance.R/G/B` (of the mean) and `samples`, and with AOVs the layers
     /// `direct`, `indirect`, `emission`, `volume`, `albedo` (R, G, B), `normal` (X, Y, Z: not renormalised) and `depth.Z`
-    /// (over the samples that hit something; 0 where none did). The attribute `biased` is there if the sensor cut samples.
+    /// (over the samples that hit something; 0 where none did). The attribute `lanternfish.biased` is there if the sensor cut samples.
     pub fn channels(&self) -> ChannelImage {
         let bounds = self.settings.bounds;
         let [width, height] = self.settings.resolution;
@@ -253,7 +253,7 @@ impl Film {
     fn bias_note(&self) -> Option<(String, String)> {
         let sensor = self.settings.sensor;
         let note = format!("samples brighter than {} were cut down to it (maxcomponentvalue)", sensor.max_component);
-        sensor.is_biased().then(|| ("biased".to_owned(), note))
+        sensor.is_biased().then(|| ("lanternfish.biased".to_owned(), note))
     }
 
     /// Calls `f` with each pixel's place in rows from the top of the crop.

@@ -296,9 +296,11 @@ fn the_sensor_scales_and_limits_as_pbrt_does() {
     let bright = SampleResult { beauty: Rgb::new(10.0, 4.0, 0.0), direct: Rgb::new(10.0, 4.0, 0.0), ..sample(0.0) };
     let exposed = settings.sensor.expose(&bright);
     assert_eq!((exposed.beauty, exposed.direct), (Rgb::new(5.0, 2.0, 0.0), Rgb::new(5.0, 2.0, 0.0)));
-    assert!(Film::new(settings, false).channels().attribute("biased").is_some_and(|note| note.contains('5')));
+    assert!(
+        Film::new(settings, false).channels().attribute("lanternfish.biased").is_some_and(|note| note.contains('5'))
+    );
     let unbiased = Film::new(film_settings(size(1, 1), &FilmOverrides::default()), false);
-    assert_eq!(unbiased.channels().attribute("biased"), None);
+    assert_eq!(unbiased.channels().attribute("lanternfish.biased"), None);
 }
 
 fn folder() -> tempfile::TempDir {

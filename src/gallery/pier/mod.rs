@@ -93,7 +93,7 @@ fn header(t: &mut SceneText) {
         "Film \"rgb\" \"integer xresolution\" 640 \"integer yresolution\" 360 \"float iso\" 220 \"string filename\" \"pier.exr\""
     ));
     t.add(format_args!("PixelFilter \"gaussian\""));
-    t.add(format_args!("Sampler \"zsobol\" \"integer pixelsamples\" 40"));
+    t.add(format_args!("Sampler \"zsobol\" \"integer pixelsamples\" 96"));
     t.add(format_args!("Integrator \"volpath\" \"integer maxdepth\" 4"));
 }
 

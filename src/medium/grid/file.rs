@@ -83,7 +83,8 @@ mod reading {
     /// Reads a file in the worker process.
     pub fn read(path: &Path) -> Result<Vec<VdbGrid>, SceneErrorKind> {
         read_vdb(path, &Limits::default()).map_err(|error| match error {
-            VdbError::Io { .. } | VdbError::Damaged { .. } | VdbError::Limit { .. } => {
+            VdbError::Limit { .. } => SceneErrorKind::Limit(error.to_string()),
+            VdbError::Io { .. } | VdbError::Damaged { .. } => {
                 let text = error.to_string();
                 let reason = text.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&text).to_owned();
                 SceneErrorKind::File { path: path.to_owned(), reason }
