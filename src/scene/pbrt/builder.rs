@@ -2,11 +2,10 @@
 //! scene"), one method per directive or kind of directive. References by name are checked in [`super::finish`].
 
 mod declare;
+mod defaults;
 
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::rc::Rc;
-use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
@@ -28,9 +27,6 @@ const DEEPEST_NESTING: usize = 1 << 16;
 
 /// How often memory is looked at.
 const ENTITIES_BETWEEN_CHECKS: usize = 1 << 16;
-
-/// The most defaults that `Attribute` may pile up per target.
-const MOST_DEFAULTS: usize = 64;
 
 /// Set in [`MaterialIndex`] while it still counts names: [`super::finish`] replaces it.
 pub const BY_NAME: u32 = 1 << 31;
@@ -559,62 +555,6 @@ impl<'a, 'b> Builder<'a, 'b> {
             self.push(Opened::Import, at)?;
         }
         self.reader.include(&path, at, import)
-    }
-
-    fn attribute(&mut self) -> Result<()> {
-        let (target, at) = self.reader.expect_string("what the defaults are for")?;
-        let Some(slot) = ATTRIBUTE_TARGETS.iter().position(|t| *t == target) else {
-            let what = SceneErrorKind::Parameter(format!("Attribute knows no target \"{target}\""));
-            return Err(SceneError::at(at, what).help(did_you_mean(&target, &ATTRIBUTE_TARGETS)));
-        };
-        let context = Context { color_space: self.state.color_space, base: &self.base };
-        let list = parameter::parse_list(&mut self.reader, &context, self.warnings)?;
-        let list: Vec<Arc<Param>> = list.into_iter().map(|param| Arc::new(param.into_default())).collect();
-        self.scene.defaults.push(ParamSet::of_defaults(format!("Attribute \"{target}\""), at, list.clone()));
-        let defaults = Rc::make_mut(&mut self.state.defaults[slot]);
-        for param in list {
-            match defaults.iter_mut().find(|p| p.name == param.name) {
-                Some(earlier) => *earlier = param,
-                None => defaults.push(param),
-            }
-        }
-        if defaults.len() > MOST_DEFAULTS {
-            let what =
-                SceneErrorKind::Limit(format!("Attribute sets more than {MOST_DEFAULTS} defaults for \"{target}\""));
-            return Err(SceneError::at(at, what));
-        }
-        Ok(())
-    }
-
-    /// `Option "type name" value`, or pbrt's `Option "name" value` whose type shows in the value.
-    fn option(&mut self) -> Result<()> {
-        let (declaration, at) = self.reader.expect_string("an option's name")?;
-        let typed = if declaration.split_ascii_whitespace().count() == 2 {
-            declaration
-        } else {
-            let Some(value) = self.reader.peek()? else {
-                return syntax(self.reader.here(), "the file ends where an option's value should follow");
-            };
-            let text = self.reader.text(&value);
-            let type_name = match value.kind {
-                TokenKind::Quoted => "string",
-                _ if matches!(text, "true" | "false") => "bool",
-                _ if text.parse::<i32>().is_ok() => "integer",
-                _ => "float",
-            };
-            format!("{type_name} {declaration}")
-        };
-        let context = Context { color_space: self.state.color_space, base: &self.base };
-        let param = parameter::parse_one(&mut self.reader, &typed, at, &context)?;
-        self.header.options.retain(|p| p.name != param.name);
-        self.header.options.push(param);
-        if self.header.options.len() > MOST_DEFAULTS {
-            return Err(SceneError::at(
-                at,
-                SceneErrorKind::Limit(format!("more than {MOST_DEFAULTS} different options")),
-            ));
-        }
-        Ok(())
     }
 }
 

@@ -1,0 +1,89 @@
+//! What bad input must come to, and whether a run came to that: refused with exit code 3 and a message that names the file and the place, or
+//! rendered; no panic, no hang, no more than 2 s of processor time or 4 GiB, and no file left behind by a refused scene.
+
+use super::{Folder, HEAD};
+
+/// What a scene must come to.
+#[derive(Clone, Copy, Debug)]
+pub enum Fate {
+    /// Exit code 3 and this in the message.
+    Refused(&'static str),
+    /// Exit code 4 and this in the message.
+    Limit(&'static str),
+    /// An image.
+    Renders,
+    /// An image and this in a warning.
+    Warned(&'static str),
+    /// Exit code 3, or an image with a warning that a block is never ended.
+    Told,
+    /// Either, as long as it is orderly.
+    Orderly,
+}
+pub use Fate::*;
+
+/// What went wrong in the cases of one test: all of them are told at its end.
+#[derive(Default)]
+pub struct Faults(Vec<String>);
+
+impl Drop for Faults {
+    fn drop(&mut self) {
+        assert!(std::thread::panicking() || self.0.is_empty(), "{} cases:\n{}", self.0.len(), self.0.join("\n----\n"));
+    }
+}
+
+impl Faults {
+    /// Renders `scene.pbrt` of the folder and checks what must hold of every run.
+    pub fn render(&mut self, folder: &Folder, what: &str, fate: Fate) {
+        if let Err(fault) = render(folder, fate) {
+            self.0.push(format!("{what}: {fault}"));
+        }
+    }
+}
+
+fn render(folder: &Folder, fate: Fate) -> Result<(), String> {
+    let before = folder.listing();
+    let arguments =
+        ["render", "scene.pbrt", "-o", "out.exr", "--stats", "out.json", "--png", "out.png", "--threads", "1"];
+    let run = folder.start_within(&arguments, 4 << 20, 2).end();
+    let mut after = folder.listing();
+    let flat = run.err.split_whitespace().collect::<Vec<_>>().join(" ");
+    let check = |holds: bool, what: &str| match holds {
+        true => Ok(()),
+        false => Err(format!("{what}; it ended with {:?} and\n{}", run.code, run.err)),
+    };
+    check(!run.err.contains("panicked"), "it panicked")?;
+    let mut written = 0;
+    for file in ["out.exr", "out.json", "out.png"] {
+        written += i32::from(after.remove(file).is_some());
+        let _ = std::fs::remove_file(folder.path(file));
+    }
+    check(matches!(run.code, Some(0 | 3 | 4)), "neither done nor refused")?;
+    check(written == if run.code == Some(0) { 3 } else { 0 }, "output is missing or left behind")?;
+    check(before == after, "files were left behind")?;
+    check(run.code == Some(0) || run.err.contains("error: "), "no message")?;
+    // A place: scene.pbrt:4:1, or the file that is at fault.
+    let placed = flat.contains("scene.pbrt:") || flat.contains("junk:") || flat.contains("cannot read");
+    let (code, needle) = match fate {
+        Refused(needle) => (Some(3), needle),
+        Limit(needle) => (Some(4), needle),
+        Renders => (Some(0), ""),
+        Warned(needle) => (Some(0), needle),
+        Told if run.code == Some(0) => (Some(0), "never ended"),
+        Told => (Some(3), ""),
+        Orderly => (run.code, ""),
+    };
+    check(run.code == code, &format!("expected to end with {code:?}"))?;
+    check(flat.contains(needle), &format!("expected {needle:?}"))?;
+    check(run.code == Some(0) || placed, "no place")
+}
+
+/// Each text, after the usual head unless it is a whole scene, must come to its fate.
+pub fn each(cases: &[(&str, Fate)]) {
+    let folder = Folder::new("nonsense");
+    let mut faults = Faults::default();
+    for (text, fate) in cases {
+        let text = if text.contains("WorldBegin") { (*text).to_owned() } else { format!("{HEAD}{text}\n") };
+        folder.write("scene.pbrt", &text);
+        faults.render(&folder, &text, *fate);
+    }
+}
