@@ -16,11 +16,10 @@ pub fn translation(affine: &Affine3A) -> DVec3 {
     Vec3::from(affine.translation).as_dvec3()
 }
 
-/// The ray in the space that `affine` maps from. `None` for a ray or transform without meaning (NaN, singular).
-pub fn ray_to_object(affine: &Affine3A, origin: Vec3, direction: Vec3) -> Option<(DVec3, DVec3)> {
-    let inverse = linear(affine).inverse();
-    let o = inverse * (origin.as_dvec3() - translation(affine));
-    let d = inverse * direction.as_dvec3();
+/// The ray in the space that `affine` maps from, `inverse` being the inverse of its linear part. `None` for a ray or transform without meaning (NaN, singular).
+pub fn ray_to_object(affine: &Affine3A, inverse: &DMat3, origin: Vec3, direction: Vec3) -> Option<(DVec3, DVec3)> {
+    let o = *inverse * (origin.as_dvec3() - translation(affine));
+    let d = *inverse * direction.as_dvec3();
     let ok = o.is_finite() && d.is_finite() && d.length_squared() > 0.0;
     ok.then_some((o, d))
 }

@@ -129,12 +129,6 @@ impl Camera {
     pub fn is_moving(&self) -> bool {
         matches!(self.to_render, CameraMotion::Moving(_))
     }
-
-    /// The angle between the rays of neighbouring pixels in the image's middle, in radians: about the footprint of a pixel
-    /// at distance 1.
-    pub fn pixel_angle(&self) -> f32 {
-        self.per_pixel.abs().min_element()
-    }
 }
 
 impl CameraMotion {

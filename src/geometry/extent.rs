@@ -5,32 +5,15 @@ use glam::Vec3;
 use super::{Geometry, ShapeId, ShapeKind};
 
 impl Geometry {
-    /// The box of everything in render space, over the whole animation interval (sampled at its keys and between them).
-    /// (0, 0) where there is nothing.
+    /// The box of everything in render space, over the whole animation interval. (0, 0) where there is nothing.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let mut all = empty;
-        let shape_box = |id: &ShapeId| self.shape_bounds(*id).unwrap_or(empty);
-        for shape in &self.top_level {
-            all = union(all, shape_box(shape));
-        }
-        let prototypes: Vec<_> =
-            self.prototypes.iter().map(|prototype| prototype.shapes.iter().map(shape_box).fold(empty, union)).collect();
-        for instance in &self.instances {
-            let (low, high) = prototypes[instance.prototype as usize];
-            if low.cmpgt(high).any() {
-                continue;
-            }
-            for step in 0..=8 {
-                let transform = instance.transform.at(step as f32 / 8.0);
-                for corner in 0..8 {
-                    let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                    let p = transform.transform_point3(Vec3::new(pick(0), pick(1), pick(2)));
-                    all = union(all, (p, p));
-                }
-            }
-        }
-        if all.0.cmpgt(all.1).any() { (Vec3::ZERO, Vec3::ZERO) } else { all }
+        let of_shapes = |ids: &[ShapeId]| ids.iter().filter_map(|&id| self.shape_bounds(id)).reduce(union);
+        let prototypes: Vec<_> = self.prototypes.iter().map(|prototype| of_shapes(&prototype.shapes)).collect();
+        let instances = self.instances.iter().filter_map(|instance| {
+            let (low, high) = prototypes[instance.prototype as usize]?;
+            Some(instance.transform.bounds(low, high))
+        });
+        of_shapes(&self.top_level).into_iter().chain(instances).reduce(union).unwrap_or((Vec3::ZERO, Vec3::ZERO))
     }
 
     /// The box of all primitives of a shape, in the shape's space; `None` for an empty mesh.

@@ -70,7 +70,14 @@ pub fn instanced(shape: Shape, transform: MotionTransform) -> Geometry {
 }
 
 pub fn sphere(radius: f32, to_shape: Affine3A) -> Sphere {
-    Sphere { radius, z_min: -radius, z_max: radius, phi_max: TAU, to_shape, to_object: to_shape.inverse() }
+    Sphere {
+        radius,
+        z_min: -radius,
+        z_max: radius,
+        phi_max: TAU,
+        to_shape,
+        inverse: crate::geometry::affine::linear(&to_shape).inverse(),
+    }
 }
 
 pub fn soup_mesh(triangles: &[[Vec3; 3]]) -> ShapeKind {
@@ -151,13 +158,13 @@ pub fn one_of_each(random: &mut Random, spread: f32) -> Vec<Shape> {
     let mut shapes = vec![shape(soup_mesh(&triangles)), shape(ShapeKind::Bilinear(patches))];
     for i in 0..6 {
         let to_shape = placement(random, spread);
-        let to_object = to_shape.inverse();
+        let inverse = crate::geometry::affine::linear(&to_shape).inverse();
         let phi_max = if i % 2 == 0 { TAU } else { 4.0 };
         let z_max = if i % 3 == 0 { 1.0 } else { 0.4 };
-        let sphere = Sphere { radius: 1.0, z_min: -0.7, z_max, phi_max, to_shape, to_object };
+        let sphere = Sphere { radius: 1.0, z_min: -0.7, z_max, phi_max, to_shape, inverse };
         shapes.push(shape(ShapeKind::Sphere(sphere)));
         let to_shape = placement(random, spread);
-        let to_object = to_shape.inverse();
+        let inverse = crate::geometry::affine::linear(&to_shape).inverse();
         let inner_radius = if i % 2 == 0 { 0.0 } else { 0.3 };
         shapes.push(shape(ShapeKind::Disk(Disk {
             height: 0.2,
@@ -165,7 +172,7 @@ pub fn one_of_each(random: &mut Random, spread: f32) -> Vec<Shape> {
             inner_radius,
             phi_max,
             to_shape,
-            to_object,
+            inverse,
         })));
     }
     for kind in [CurveKind::Flat, CurveKind::Cylinder, CurveKind::Ribbon] {

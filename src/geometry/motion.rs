@@ -31,7 +31,8 @@ impl MotionTransform {
     /// space that the transform maps from. `None` where the transform is singular.
     #[inline]
     pub fn ray_to_local(&self, time: f32, origin: Vec3, direction: Vec3) -> Option<(Vec3, Vec3)> {
-        let (o, d) = affine::ray_to_object(&self.at(time), origin, direction)?;
+        let forward = self.at(time);
+        let (o, d) = affine::ray_to_object(&forward, &affine::linear(&forward).inverse(), origin, direction)?;
         Some((o.as_vec3(), d.as_vec3()))
     }
 

@@ -5,7 +5,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{Affine3A, DVec3, Vec2, Vec3};
+use glam::{Affine3A, DMat3, DVec3, Vec2, Vec3};
 
 use super::affine;
 use super::local::LocalPoint;
@@ -23,8 +23,8 @@ pub struct Sphere {
     pub phi_max: f32,
     /// Object space to the shape's space.
     pub to_shape: Affine3A,
-    /// Its inverse.
-    pub to_object: Affine3A,
+    /// The inverse of its linear part.
+    pub inverse: DMat3,
 }
 
 impl Sphere {
@@ -64,7 +64,7 @@ impl Sphere {
     /// The nearest hit with `t_min` < t < `t_max`: t in units of `direction` (any length but zero), and (u, v) in [0, 1]²:
     /// u = φ/φ_max, v from `z_min` to `z_max` along the meridian.
     pub fn intersect(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<(f32, [f32; 2])> {
-        let (o, d) = affine::ray_to_object(&self.to_shape, origin, direction)?;
+        let (o, d) = affine::ray_to_object(&self.to_shape, &self.inverse, origin, direction)?;
         let radius = f64::from(self.radius);
         // Around the point of the line nearest the centre the quadratic has no linear term, hence no cancellation.
         let a = d.length_squared();

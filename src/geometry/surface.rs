@@ -56,8 +56,15 @@ impl Geometry {
             Some(InstanceId(instance)) => {
                 let transform = &self.instances[instance as usize].transform;
                 let to_render = transform.at(ray.time);
-                let direction = affine::linear(&to_render).inverse() * ray.direction.as_dvec3();
-                let point = shape.point(hit.primitive, hit.uv, direction.normalize_or_zero().as_vec3());
+                let direction = match &shape.kind {
+                    ShapeKind::Curves(_) => {
+                        let local = affine::linear(&to_render).inverse() * ray.direction.as_dvec3();
+                        local.normalize_or_zero().as_vec3()
+                    }
+                    // Only what faces the ray asks for its direction.
+                    _ => Vec3::ZERO,
+                };
+                let point = shape.point(hit.primitive, hit.uv, direction);
                 let (p, mut p_error) = affine::point_with_error(&to_render, point.p, point.p_error);
                 if transform.is_moving() {
                     let from_pivot = affine::linear(&to_render) * point.p.as_dvec3();

@@ -135,8 +135,8 @@ fn normals_follow_the_rules_of_orientation() {
     assert!(facing(&instanced(ball(), mirror), Vec3::new(0.1, 0.2, 5.0), Vec3::NEG_Z, true) > 0.0);
 
     let disk = || {
-        let (to_shape, to_object) = (Affine3A::IDENTITY, Affine3A::IDENTITY);
-        shape(ShapeKind::Disk(Disk { height: 0.0, radius: 1.0, inner_radius: 0.0, phi_max: 7.0, to_shape, to_object }))
+        let (to_shape, inverse) = (Affine3A::IDENTITY, glam::DMat3::IDENTITY);
+        shape(ShapeKind::Disk(Disk { height: 0.0, radius: 1.0, inner_radius: 0.0, phi_max: 7.0, to_shape, inverse }))
     };
     assert!(down(&geometry_of(vec![disk()])) > 0.0, "disks face +z");
     assert!(down(&geometry_of(vec![flipped(disk())])) < 0.0);
@@ -158,9 +158,9 @@ fn normals_follow_the_rules_of_orientation() {
 
 #[test]
 fn partial_quadrics_lack_what_was_cut() {
-    let (to_shape, to_object) = (Affine3A::IDENTITY, Affine3A::IDENTITY);
+    let (to_shape, inverse) = (Affine3A::IDENTITY, glam::DMat3::IDENTITY);
     let half_turn = std::f32::consts::PI;
-    let s = Sphere { radius: 2.0, z_min: -1.0, z_max: 1.0, phi_max: half_turn, to_shape, to_object };
+    let s = Sphere { radius: 2.0, z_min: -1.0, z_max: 1.0, phi_max: half_turn, to_shape, inverse };
     let at = |o: Vec3, d: Vec3| s.intersect(o, d, 0.0, f32::INFINITY);
     assert!(at(Vec3::new(0.1, 0.1, 9.0), Vec3::NEG_Z).is_none(), "open above and below");
     let (t, uv) = at(Vec3::new(0.0, 9.0, 0.0), Vec3::NEG_Y).unwrap();
@@ -169,7 +169,7 @@ fn partial_quadrics_lack_what_was_cut() {
     assert!((t - 11.0).abs() < 1e-5, "through the missing half to the inside of the other");
     assert!(s.intersect(Vec3::new(0.0, -9.0, 0.0), Vec3::Y, 0.0, 11.0).is_none(), "t_max is open");
 
-    let d = Disk { height: 1.0, radius: 2.0, inner_radius: 1.0, phi_max: half_turn, to_shape, to_object };
+    let d = Disk { height: 1.0, radius: 2.0, inner_radius: 1.0, phi_max: half_turn, to_shape, inverse };
     let down = |x: f32, y: f32| d.intersect(Vec3::new(x, y, 3.0), Vec3::NEG_Z * 2.0, 0.0, f32::INFINITY);
     let (t, uv) = down(0.0, 1.5).unwrap();
     assert_eq!(t, 1.0, "t counts in lengths of the direction");

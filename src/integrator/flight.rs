@@ -12,9 +12,9 @@ use super::path::Scratch;
 use super::world::World;
 use crate::geometry::Ray;
 use crate::math::Rgb;
+use crate::math::phase::HenyeyGreenstein;
 use crate::math::sampler::Stream;
 use crate::medium::MediumPoint;
-use crate::medium::phase::HenyeyGreenstein;
 use crate::medium::regions::Regions;
 use crate::medium::tracker::{Tracker, Transmittance};
 

@@ -99,7 +99,6 @@ pub struct Lights {
     distants: Vec<DistantLight>,
     infinites: Vec<InfiniteLight>,
     infinite: Vec<LightId>,
-    scene_centre: Vec3,
     scene_radius: f32,
     opacity: Option<Arc<dyn Opacity>>,
 }
@@ -213,7 +212,6 @@ impl Lights {
     pub fn set_scene_bounds(&mut self, min: Vec3, max: Vec3) {
         let half = (max - min) * 0.5;
         if half.is_finite() && half.min_element() >= 0.0 {
-            self.scene_centre = min + half;
             self.scene_radius = half.length();
         }
     }

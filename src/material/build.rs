@@ -98,7 +98,12 @@ fn material(entity: &MaterialEntity, names: &Names, builder: &mut TextureBuilder
             roughness: roughness(params, builder)?,
             thickness: builder.float(params.float_texture("thickness")?, 0.01)?,
             eta: builder.float(index_of_refraction(params, "eta")?, 1.5)?,
-            g: builder.float(params.float_texture("g")?, 0.0)?,
+            g: match builder.float(params.float_texture("g")?, 0.0)? {
+                FloatInput::Constant(g) if !(-1.0..=1.0).contains(&g) => {
+                    return Err(params.wrong("g", &format!("from -1 to 1, found {g}")));
+                }
+                g => g,
+            },
             albedo: builder.rgb(params.albedo_texture("albedo")?, Rgb::BLACK)?,
             max_depth: count(params, "maxdepth", 10)?,
             samples: count(params, "nsamples", 1)?,

@@ -1,5 +1,5 @@
 //! Metals: mirror or microfacet reflection with the Fresnel term of a complex index. Source: pbrt-v4, sections 9.3.6, 9.6;
-//! single scattering (light that meets a second microfacet is lost; see `multiscatter.rs` for the rest).
+//! single scattering (light that meets a second microfacet is lost, as in pbrt-v4).
 
 use glam::Vec3;
 

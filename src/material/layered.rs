@@ -5,7 +5,7 @@
 //! f and pdf are unbiased estimates that depend on (seed, ωo, ωi) alone. The two come from independent streams, so that a
 //! light sample's contribution and its MIS weight are uncorrelated, which keeps their product unbiased.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 use glam::Vec3;
 
@@ -13,8 +13,9 @@ use super::dielectric::Dielectric;
 use super::diffuse::Diffuse;
 use super::fresnel;
 use super::local::{LocalSample, Sides, Transport};
+use crate::math::Rgb;
+use crate::math::phase::HenyeyGreenstein;
 use crate::math::sampler::Stream;
-use crate::math::{Frame, Rgb};
 
 /// The least layer thickness.
 const MIN_THICKNESS: f32 = f32::MIN_POSITIVE;
@@ -35,8 +36,8 @@ pub struct CoatedDiffuse {
     pub thickness: f32,
     /// Single-scattering albedo of the medium between; black for a purely absorbing one.
     pub albedo: Rgb,
-    /// Mean cosine of its Henyey-Greenstein phase function, −1..=1.
-    pub g: f32,
+    /// Its phase function.
+    pub phase: HenyeyGreenstein,
     /// Longest random walk, in steps.
     pub max_depth: u32,
     /// Walks an evaluation.
@@ -95,11 +96,11 @@ impl CoatedDiffuse {
                 Step::Stuck => continue,
                 Step::Scatter => {
                     // Out along the sampled exit, against the chance that the phase function finds the way itself.
-                    let phase = henyey_greenstein(-walk.w, -leave.wi, self.g);
+                    let phase = self.phase.evaluate(-walk.w, -leave.wi);
                     let weight = if smooth_top { 1.0 } else { power_heuristic(leave.pdf, phase) };
                     let out = transmittance(thickness - walk.z, leave.wi);
                     f += beta * self.albedo * leave_weight * (phase * weight * out);
-                    let (next, phase) = sample_henyey_greenstein(-walk.w, self.g, rng);
+                    let (next, phase) = sample_phase(self.phase, -walk.w, rng);
                     if phase == 0.0 || next.z == 0.0 {
                         continue;
                     }
@@ -211,7 +212,7 @@ impl CoatedDiffuse {
             match self.step(&mut walk, &mut beta, &mut rng) {
                 Step::Stuck => return None,
                 Step::Scatter => {
-                    let (next, phase) = sample_henyey_greenstein(-walk.w, self.g, &mut rng);
+                    let (next, phase) = sample_phase(self.phase, -walk.w, &mut rng);
                     if phase == 0.0 || next.z == 0.0 {
                         return None;
                     }
@@ -332,26 +333,9 @@ fn power_heuristic(pdf: f32, other: f32) -> f32 {
     if a + b > 0.0 { a / (a + b) } else { 0.0 }
 }
 
-/// Henyey & Greenstein 1941, for two directions that both point away from the event.
-#[inline]
-fn henyey_greenstein(wo: Vec3, wi: Vec3, g: f32) -> f32 {
-    let denominator = 1.0 + g * g + 2.0 * g * wo.dot(wi);
-    0.25 / PI * (1.0 - g * g) / (denominator * denominator.max(0.0).sqrt()).max(f32::MIN_POSITIVE)
-}
-
 /// A direction by the phase function, and its density.
 #[inline]
-fn sample_henyey_greenstein(wo: Vec3, g: f32, rng: &mut Stream) -> (Vec3, f32) {
-    let u = rng.next_f32();
-    let cos = if g.abs() < 1e-3 {
-        1.0 - 2.0 * u
-    } else {
-        let s = (1.0 - g * g) / (1.0 + g - 2.0 * g * u);
-        (s * s - 1.0 - g * g) / (2.0 * g)
-    }
-    .clamp(-1.0, 1.0);
-    let sin = (1.0 - cos * cos).max(0.0).sqrt();
-    let (sin_phi, cos_phi) = (TAU * rng.next_f32()).sin_cos();
-    let wi = Frame::from_z(wo).to_world(Vec3::new(sin * cos_phi, sin * sin_phi, cos));
-    (wi, henyey_greenstein(wo, wi, g))
+fn sample_phase(phase: HenyeyGreenstein, wo: Vec3, rng: &mut Stream) -> (Vec3, f32) {
+    let wi = phase.sample(wo, [rng.next_f32(), rng.next_f32()]);
+    (wi, phase.evaluate(wo, wi))
 }

@@ -26,6 +26,7 @@ use glam::{Vec2, Vec3};
 pub use bsdf::{Bsdf, BsdfSample, Lobe};
 
 use crate::geometry::SurfacePoint;
+use crate::math::phase::HenyeyGreenstein;
 use crate::math::{Frame, ONE_MINUS_EPSILON, Rgb};
 use conductor::Conductor;
 use dielectric::Dielectric;
@@ -138,7 +139,7 @@ impl Materials {
                 base: Diffuse { reflectance: coat.reflectance.evaluate(textures, &at).clamp(0.0, 1.0) },
                 thickness: coat.thickness.evaluate(textures, &at),
                 albedo: coat.albedo.evaluate(textures, &at).clamp(0.0, 1.0),
-                g: coat.g.evaluate(textures, &at).clamp(-0.99, 0.99),
+                phase: HenyeyGreenstein::new(coat.g.evaluate(textures, &at)),
                 max_depth: coat.max_depth,
                 samples: coat.samples,
                 seed,

@@ -3,6 +3,7 @@
 
 pub mod alias;
 pub mod frame;
+pub mod phase;
 pub mod rgb;
 pub mod robust;
 pub mod sampler;

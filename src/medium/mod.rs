@@ -3,7 +3,6 @@
 pub mod build;
 pub mod grid;
 pub mod homogeneous;
-pub mod phase;
 pub mod regions;
 pub mod tracker;
 

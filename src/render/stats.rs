@@ -25,7 +25,7 @@ pub struct Statistics {
     pub resolution: [u32; 2],
     /// Samples per pixel reached.
     pub samples_per_pixel: u32,
-    /// Estimated relative error of the image (see [`crate::film::Film::error`]).
+    /// Estimated relative error of the image (see [`crate::film::Film::error_estimate`]).
     pub error: Option<f64>,
     /// Samples dropped because they were NaN or infinite.
     pub non_finite_samples: u64,

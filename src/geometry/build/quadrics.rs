@@ -2,9 +2,9 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Affine3A, DAffine3};
+use glam::{Affine3A, DAffine3, DMat3};
 
-use super::super::{ShapeKind, shape::Disk, shape::Sphere};
+use super::super::{ShapeKind, affine, shape::Disk, shape::Sphere};
 use super::{Placement, Result};
 use crate::scene::ParamSet;
 
@@ -13,9 +13,11 @@ fn rounded(affine: &DAffine3) -> Affine3A {
 }
 
 impl Placement {
-    /// The transform and its inverse, rounded.
-    fn both_ways(&self, params: &ParamSet) -> Result<(Affine3A, Affine3A)> {
-        let (forward, back) = (rounded(&self.affine), rounded(&self.affine.inverse()));
+    /// The transform, rounded, and the inverse of its linear part.
+    fn both_ways(&self, params: &ParamSet) -> Result<(Affine3A, DMat3)> {
+        let forward = rounded(&self.affine);
+        // Of the transform as it is stored, so that both ways agree.
+        let back = affine::linear(&forward).inverse();
         if !self.is_invertible() || !forward.is_finite() || !back.is_finite() {
             return Err(self.error(params, "its transformation flattens it or is too large"));
         }
@@ -43,8 +45,8 @@ pub(super) fn sphere(params: &ParamSet, placement: &Placement) -> Result<ShapeKi
         return Err(placement.error(params, format!("nothing lies between \"zmin\" {a} and \"zmax\" {b}")));
     }
     let phi_max = placement.phi_max(params)?;
-    let (to_shape, to_object) = placement.both_ways(params)?;
-    Ok(ShapeKind::Sphere(Sphere { radius, z_min, z_max, phi_max, to_shape, to_object }))
+    let (to_shape, inverse) = placement.both_ways(params)?;
+    Ok(ShapeKind::Sphere(Sphere { radius, z_min, z_max, phi_max, to_shape, inverse }))
 }
 
 pub(super) fn disk(params: &ParamSet, placement: &Placement) -> Result<ShapeKind> {
@@ -59,6 +61,6 @@ pub(super) fn disk(params: &ParamSet, placement: &Placement) -> Result<ShapeKind
         return Err(placement.error(params, what));
     }
     let phi_max = placement.phi_max(params)?;
-    let (to_shape, to_object) = placement.both_ways(params)?;
-    Ok(ShapeKind::Disk(Disk { height, radius, inner_radius, phi_max, to_shape, to_object }))
+    let (to_shape, inverse) = placement.both_ways(params)?;
+    Ok(ShapeKind::Disk(Disk { height, radius, inner_radius, phi_max, to_shape, inverse }))
 }

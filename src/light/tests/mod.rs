@@ -126,20 +126,20 @@ fn sphere(centre: Vec3, radius: f32) -> ShapeKind {
 }
 
 fn stretched_sphere(to_shape: Affine3A, radius: f32) -> ShapeKind {
-    let to_object = to_shape.inverse();
+    let inverse = crate::geometry::affine::linear(&to_shape).inverse();
     ShapeKind::Sphere(Sphere {
         radius,
         z_min: -radius,
         z_max: radius,
         phi_max: std::f32::consts::TAU,
         to_shape,
-        to_object,
+        inverse,
     })
 }
 
 fn disk(to_shape: Affine3A, radius: f32, inner_radius: f32, phi_max: f32) -> ShapeKind {
-    let to_object = to_shape.inverse();
-    ShapeKind::Disk(Disk { height: 0.0, radius, inner_radius, phi_max, to_shape, to_object })
+    let inverse = crate::geometry::affine::linear(&to_shape).inverse();
+    ShapeKind::Disk(Disk { height: 0.0, radius, inner_radius, phi_max, to_shape, inverse })
 }
 
 /// Two triangles from one corner and two edges; the normal is a × b.

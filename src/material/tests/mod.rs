@@ -39,7 +39,7 @@ fn coated(alpha: f32, albedo: f32, thickness: f32, max_depth: u32, seed: u32) ->
         base: Diffuse { reflectance: Rgb::splat(1.0) },
         thickness,
         albedo: Rgb::splat(albedo),
-        g: 0.3,
+        phase: crate::math::phase::HenyeyGreenstein::new(0.3),
         max_depth,
         samples: 1,
         seed,

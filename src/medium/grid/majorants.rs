@@ -4,7 +4,7 @@
 //! The bound of a cell holds for every trilinear sample at a position in it, and at positions up to one voxel outside, so
 //! that rounding of a ray's points in single precision cannot lead past it.
 
-use glam::{DVec3, IVec3};
+use glam::IVec3;
 
 use super::blocks::{BLOCK_SHIFT, BlockMap, CoordMap, block_of};
 use super::sparse::{LEAF_EDGE, LEAF_SIZE, SparseGrid, Voxel};
@@ -251,11 +251,6 @@ fn uniform_middles(fine: &[f32; CELLS]) -> [f32; 64] {
 }
 
 impl Majorants {
-    /// The bound outside [`Majorants::bounds`].
-    pub fn background(&self) -> f32 {
-        self.background
-    }
-
     /// The largest bound anywhere.
     pub fn largest(&self) -> f32 {
         self.largest
@@ -295,10 +290,5 @@ impl Majorants {
                 None => (BLOCK_SHIFT, self.background),
             },
         }
-    }
-
-    /// The region that rays are followed through cell by cell, as a box of continuous index space.
-    pub fn region(&self) -> Option<(DVec3, DVec3)> {
-        self.bounds.map(|(low, high)| (low.as_dvec3(), high.as_dvec3() + 1.0))
     }
 }

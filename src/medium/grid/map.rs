@@ -93,8 +93,8 @@ impl IndexMap {
         &self.local_from_render
     }
 
-    /// A box of render space that holds the image of the box `low..=high` of index space. (Both kinds of maps take
-    /// straight lines to straight lines, so the corners bound the image.)
+    /// A box of render space that holds the image of the box `low..=high` of index space. (Linear in each
+    /// index coordinate alone, so the corners bound the image.)
     pub fn render_box(&self, low: DVec3, high: DVec3) -> (DVec3, DVec3) {
         box_of_corners(low, high, |p| self.to_render(p))
     }

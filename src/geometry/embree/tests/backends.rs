@@ -30,7 +30,7 @@ fn everything() -> Arc<Geometry> {
             z_max: radius,
             phi_max: std::f32::consts::TAU,
             to_shape: Affine3A::IDENTITY,
-            to_object: Affine3A::IDENTITY,
+            inverse: glam::DMat3::IDENTITY,
         })
     };
     let patch = BilinearMesh {

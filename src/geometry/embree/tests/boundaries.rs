@@ -17,7 +17,7 @@ fn unit_sphere(radius: f32) -> ShapeKind {
         z_max: radius,
         phi_max: std::f32::consts::TAU,
         to_shape: Affine3A::IDENTITY,
-        to_object: Affine3A::IDENTITY,
+        inverse: glam::DMat3::IDENTITY,
     })
 }
 
@@ -76,7 +76,7 @@ fn the_flip_turns_the_side_and_shading_normals_decide_it() {
         inner_radius: 0.0,
         phi_max: std::f32::consts::TAU,
         to_shape: Affine3A::IDENTITY,
-        to_object: Affine3A::IDENTITY,
+        inverse: glam::DMat3::IDENTITY,
     };
     let down = ray(Vec3::new(0.1, 0.2, 5.0), -Vec3::Z);
     let up = ray(Vec3::new(0.1, 0.2, -5.0), Vec3::Z);

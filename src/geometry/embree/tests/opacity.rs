@@ -74,7 +74,7 @@ fn far_side_shows_through_a_hole_in_a_quadric() {
         z_max: 1.0,
         phi_max: std::f32::consts::TAU,
         to_shape: Affine3A::IDENTITY,
-        to_object: Affine3A::IDENTITY,
+        inverse: glam::DMat3::IDENTITY,
     };
     let geometry = top_level(vec![with_alpha(ShapeKind::Sphere(sphere))]);
     let tracer = EmbreeTracer::build(geometry, Some(Arc::new(Lottery))).expect("well formed");

@@ -19,11 +19,25 @@ fn random_triangles(random: &mut Random, count: u32, size: f32) -> TriangleMesh 
 }
 
 fn sphere(to_shape: Affine3A) -> Sphere {
-    Sphere { radius: 0.7, z_min: -0.5, z_max: 0.6, phi_max: 5.0, to_shape, to_object: to_shape.inverse() }
+    Sphere {
+        radius: 0.7,
+        z_min: -0.5,
+        z_max: 0.6,
+        phi_max: 5.0,
+        to_shape,
+        inverse: crate::geometry::affine::linear(&to_shape).inverse(),
+    }
 }
 
 fn disk(to_shape: Affine3A) -> Disk {
-    Disk { height: 0.2, radius: 0.9, inner_radius: 0.3, phi_max: 5.5, to_shape, to_object: to_shape.inverse() }
+    Disk {
+        height: 0.2,
+        radius: 0.9,
+        inner_radius: 0.3,
+        phi_max: 5.5,
+        to_shape,
+        inverse: crate::geometry::affine::linear(&to_shape).inverse(),
+    }
 }
 
 fn tilted() -> Affine3A {

@@ -43,7 +43,7 @@ impl HenyeyGreenstein {
         let u0 = f64::from(u[0]);
         // cos θ between ω_o and ω_i: forward scattering (g > 0) continues along −ω_o.
         let cos_theta = if g.abs() < 1e-3 {
-            // First order in g of the inversion below, whose 1/(2g) cancels here: error O(g²).
+            // Second order in g of the inversion below, whose 1/(2g) cancels here: error O(g³).
             let c = 2.0 * u0 - 1.0;
             -(c + 1.5 * g * (1.0 - c * c) - 2.0 * g * g * c * (1.0 - c * c))
         } else {
