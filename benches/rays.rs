@@ -71,7 +71,11 @@ fn main() {
     let scenes = text_argument("scene").map_or(mesh::SCENES.map(str::to_owned).to_vec(), |name| vec![name]);
     let backends = match text_argument("backend").as_deref() {
         Some("embree") => vec![Backend::Embree],
-        Some(_) => vec![Backend::Native],
+        Some("native") => vec![Backend::Native],
+        Some(other) => {
+            eprintln!("--backend {other}: embree or native");
+            std::process::exit(2);
+        }
         None if Backend::DEFAULT == Backend::Embree => vec![Backend::Embree, Backend::Native],
         None => vec![Backend::Native],
     };

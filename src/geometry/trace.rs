@@ -1,7 +1,7 @@
 //! The one interface to rays. Both backends answer the same three questions: the closest hit, whether anything blocks a
 //! segment, and which medium boundaries a segment crosses.
 //!
-//! Shapes of material `interface` ([`Shape::is_boundary`]) block nothing and are never hit: they live in an acceleration
+//! Shapes of material `interface` ([`super::Shape::is_boundary`]) block nothing and are never hit: they live in an acceleration
 //! structure of their own, asked only by [`Tracer::boundaries`], so that shadow rays stay single occlusion queries.
 
 use std::sync::Arc;

@@ -18,7 +18,7 @@ const PROBES: [Vec3; 3] = [
 /// Surfaces that separate media and are passed on a probe, at most.
 const MAX_SURFACES: usize = 64;
 
-/// The regions at `p`. A probe that meets the inside of a region's boundary first starts within it; the [`PROBES`]
+/// The regions at `p`. A probe that meets the inside of a region's boundary first starts within it; the probes
 /// decide, two more of them for than against. `declared` is the medium that the file says surrounds the camera: where no region found holds
 /// it, it surrounds the whole scene.
 pub fn camera_regions(world: &World, p: Vec3, declared: Option<MediumId>) -> Regions {

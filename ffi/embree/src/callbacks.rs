@@ -46,7 +46,7 @@ fn accepts(filter: &HitFilter, context: &mut QueryContext, candidate: &Candidate
 
 /// Filter of triangles and curves, for closest hits and occlusion alike.
 pub(crate) unsafe extern "C" fn filter(args: *const sys::RTCFilterFunctionNArguments) {
-    // SOUND: Embree passes live arguments for the time of the call, of one ray (N = 1) because only single-ray queries
+    // SAFETY: Embree passes live arguments for the time of the call, of one ray (N = 1) because only single-ray queries
     // exist here; the context is the first member of the QueryContext that the query made, which nothing else touches
     // meanwhile; the user data is the geometry's Data, alive as long as the scene. `ray` and `hit` are read by f32 and u32
     // at the places that RTCRay and RTCHit of one ray have: org 0..3, dir 4..7, tfar 8, id 10; Ng 0..3, uv 3..5, prim 5, geom 6.
@@ -80,7 +80,7 @@ pub(crate) unsafe extern "C" fn filter(args: *const sys::RTCFilterFunctionNArgum
 
 /// Bounds of one user primitive.
 pub(crate) unsafe extern "C" fn bounds(args: *const sys::RTCBoundsFunctionArguments) {
-    // SOUND: Embree passes live arguments; the user data is the geometry's Data; `bounds_o` is one RTCBounds to write.
+    // SAFETY: Embree passes live arguments; the user data is the geometry's Data; `bounds_o` is one RTCBounds to write.
     unsafe {
         let args = &*args;
         let data = &*args.geometryUserPtr.cast::<Data>();
@@ -108,7 +108,7 @@ fn panic_message(panic: &(dyn Any + Send)) -> String {
 
 /// Closest hit with one user primitive.
 pub(crate) unsafe extern "C" fn intersect(args: *const sys::RTCIntersectFunctionNArguments) {
-    // SOUND: as in `filter`; with N = 1 the RTCRayHit's ray and hit lie at floats 0 and 12.
+    // SAFETY: as in `filter`; with N = 1 the RTCRayHit's ray and hit lie at floats 0 and 12.
     unsafe {
         let args = &*args;
         debug_assert_eq!(args.N, 1);
@@ -135,7 +135,7 @@ pub(crate) unsafe extern "C" fn intersect(args: *const sys::RTCIntersectFunction
 
 /// Occlusion by one user primitive.
 pub(crate) unsafe extern "C" fn occluded(args: *const sys::RTCOccludedFunctionNArguments) {
-    // SOUND: as in `filter`.
+    // SAFETY: as in `filter`.
     unsafe {
         let args = &*args;
         debug_assert_eq!(args.N, 1);
@@ -166,7 +166,7 @@ unsafe fn walk(
     geometry: u32,
 ) -> Option<UserHit> {
     let at = |place: usize| {
-        // SOUND: the caller's promise; places are within the twelve floats of an RTCRay.
+        // SAFETY: the caller's promise; places are within the twelve floats of an RTCRay.
         unsafe { *ray.add(place) }
     };
     let user: &dyn UserGeometry = &**data.user.as_ref()?;

@@ -8,8 +8,20 @@ use embree4_sys as sys;
 
 /// What Embree said went wrong.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("Embree: {0}")]
-pub struct Error(pub(crate) String);
+pub enum Error {
+    /// There is not enough memory.
+    #[error("Embree: {0}")]
+    Memory(String),
+    /// Anything else.
+    #[error("Embree: {0}")]
+    Other(String),
+}
+
+impl Error {
+    fn new(code: sys::RTCError, text: String) -> Self {
+        if code == sys::RTC_ERROR_OUT_OF_MEMORY { Self::Memory(text) } else { Self::Other(text) }
+    }
+}
 
 /// What Embree's callbacks write to. It has a place of its own so that its address stays.
 #[derive(Debug, Default)]
@@ -27,25 +39,25 @@ pub struct Device {
     monitor: Arc<Monitor>,
 }
 
-// SOUND: Embree's device functions are thread safe, and the monitor is made of a mutex and an atomic.
+// SAFETY: Embree's device functions are thread safe, and the monitor is made of a mutex and an atomic.
 unsafe impl Send for Device {}
-// SOUND: as for Send.
+// SAFETY: as for Send.
 unsafe impl Sync for Device {}
 
 impl Device {
     /// Starts Embree with at most `threads` threads for building (at least one).
     pub fn new(threads: usize) -> Result<Arc<Self>, Error> {
         let configuration = CString::new(format!("threads={},set_affinity=0", threads.max(1))).expect("no NUL in it");
-        // SOUND: the string is NUL-terminated and lives through the call.
+        // SAFETY: the string is NUL-terminated and lives through the call.
         let raw = unsafe { sys::rtcNewDevice(configuration.as_ptr()) };
         if raw.is_null() {
-            // SOUND: null is how the API asks for the error of a device that was not made.
+            // SAFETY: null is how the API asks for the error of a device that was not made.
             let code = unsafe { sys::rtcGetDeviceError(std::ptr::null_mut()) };
-            return Err(Error(format!("no device: {}", code_name(code))));
+            return Err(Error::new(code, format!("no device: {}", code_name(code))));
         }
         let monitor = Arc::new(Monitor::default());
         let user = Arc::as_ptr(&monitor).cast_mut().cast::<c_void>();
-        // SOUND: `user` points into the Arc that the device keeps until after rtcReleaseDevice (see Drop), and the callbacks
+        // SAFETY: `user` points into the Arc that the device keeps until after rtcReleaseDevice (see Drop), and the callbacks
         // only share what it points to.
         unsafe {
             sys::rtcSetDeviceErrorFunction(raw, Some(on_error), user);
@@ -76,7 +88,7 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SOUND: `raw` came from rtcNewDevice and is released once. The monitor is dropped after this body.
+        // SAFETY: `raw` came from rtcNewDevice and is released once. The monitor is dropped after this body.
         unsafe { sys::rtcReleaseDevice(self.raw) };
     }
 }
@@ -93,20 +105,20 @@ fn code_name(code: sys::RTCError) -> &'static str {
 }
 
 unsafe extern "C" fn on_error(user: *mut c_void, code: sys::RTCError, text: *const c_char) {
-    // SOUND: `user` is the monitor given to rtcSetDeviceErrorFunction, which outlives the device.
+    // SAFETY: `user` is the monitor given to rtcSetDeviceErrorFunction, which outlives the device.
     let monitor = unsafe { &*user.cast::<Monitor>() };
     let text = if text.is_null() {
         String::new()
     } else {
-        // SOUND: Embree passes a NUL-terminated string that lives through the callback.
+        // SAFETY: Embree passes a NUL-terminated string that lives through the callback.
         unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
     };
     let mut error = monitor.error.lock().unwrap_or_else(PoisonError::into_inner);
-    error.get_or_insert_with(|| Error(format!("{}: {text}", code_name(code))));
+    error.get_or_insert_with(|| Error::new(code, format!("{}: {text}", code_name(code))));
 }
 
 unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> bool {
-    // SOUND: as in on_error.
+    // SAFETY: as in on_error.
     let monitor = unsafe { &*user.cast::<Monitor>() };
     monitor.bytes.fetch_add(bytes as i64, Ordering::Relaxed);
     true

@@ -111,15 +111,15 @@ impl Geometry {
         kept: Vec<Arc<dyn Any + Send + Sync>>,
     ) -> Result<Self, Error> {
         let data = Arc::new(Data { user, filter, build_panic: Mutex::new(None), _kept: kept });
-        // SOUND: the device is alive; a null result is checked for.
+        // SAFETY: the device is alive; a null result is checked for.
         let raw = unsafe { sys::rtcNewGeometry(device.raw(), kind) };
         if raw.is_null() {
             device.check()?;
-            return Err(Error("no geometry was made".to_owned()));
+            return Err(Error::Other("no geometry was made".to_owned()));
         }
         let geometry = Self { raw, data, device: device.clone() };
         let user = Arc::as_ptr(&geometry.data).cast_mut().cast::<c_void>();
-        // SOUND: `user` points into the Arc that this geometry, then its scene, keeps until Embree has released the geometry;
+        // SAFETY: `user` points into the Arc that this geometry, then its scene, keeps until Embree has released the geometry;
         // callbacks only share what it points to. The filter functions have the signature that Embree asks for.
         unsafe {
             // The default is ~0 in Embree 3 and 1 in Embree 4.
@@ -181,7 +181,7 @@ impl Geometry {
         filter: HitFilter,
     ) -> Result<Self, Error> {
         if first.iter().any(|&first| first as usize + 4 > vertices.len()) {
-            return Err(Error("a curve segment's vertices are out of range".to_owned()));
+            return Err(Error::Other("a curve segment's vertices are out of range".to_owned()));
         }
         let kind = match kind {
             CurveKind::Flat => sys::RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE,
@@ -198,7 +198,7 @@ impl Geometry {
             16,
             vertices.len(),
         );
-        // SOUND: the geometry is alive and a curve.
+        // SAFETY: the geometry is alive and a curve.
         unsafe { sys::rtcSetGeometryTessellationRate(geometry.raw, tessellation.clamp(1, 16) as f32) };
         geometry.finish()
     }
@@ -207,7 +207,7 @@ impl Geometry {
     pub fn user(device: &Arc<Device>, user: Arc<dyn UserGeometry>, filter: HitFilter) -> Result<Self, Error> {
         let count = user.len();
         let geometry = Self::new(device, sys::RTC_GEOMETRY_TYPE_USER, Some(user), filter, Vec::new())?;
-        // SOUND: the geometry is alive; the callbacks have the signatures that Embree asks for and find what they need
+        // SAFETY: the geometry is alive; the callbacks have the signatures that Embree asks for and find what they need
         // behind the geometry's user data.
         unsafe {
             sys::rtcSetGeometryUserPrimitiveCount(geometry.raw, count);
@@ -222,7 +222,7 @@ impl Geometry {
     pub fn instance(device: &Arc<Device>, scene: &Arc<Scene>, columns: [f32; 12]) -> Result<Self, Error> {
         let geometry = Self::new_instance(device, scene)?;
         let format = sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
-        // SOUND: the geometry is an instance; Embree copies the twelve floats during the call.
+        // SAFETY: the geometry is an instance; Embree copies the twelve floats during the call.
         unsafe { sys::rtcSetGeometryTransform(geometry.raw, 0, format, columns.as_ptr().cast()) };
         geometry.finish()
     }
@@ -231,10 +231,10 @@ impl Geometry {
     /// interpolated linearly, R spherically.
     pub fn moving_instance(device: &Arc<Device>, scene: &Arc<Scene>, keys: &[QuaternionKey]) -> Result<Self, Error> {
         if !(2..=sys::RTC_MAX_TIME_STEP_COUNT as usize).contains(&keys.len()) {
-            return Err(Error(format!("{} time steps", keys.len())));
+            return Err(Error::Other(format!("{} time steps", keys.len())));
         }
         let geometry = Self::new_instance(device, scene)?;
-        // SOUND: the geometry is an instance; Embree copies each key during the call.
+        // SAFETY: the geometry is an instance; Embree copies each key during the call.
         unsafe { sys::rtcSetGeometryTimeStepCount(geometry.raw, keys.len() as u32) };
         for (step, key) in keys.iter().enumerate() {
             let mut raw = sys::quaternion_decomposition();
@@ -242,7 +242,7 @@ impl Geometry {
             [raw.skew_xy, raw.skew_xz, raw.skew_yz] = key.skew;
             [raw.quaternion_r, raw.quaternion_i, raw.quaternion_j, raw.quaternion_k] = key.rotation;
             [raw.translation_x, raw.translation_y, raw.translation_z] = key.translation;
-            // SOUND: as above; `step` is below the count that was set.
+            // SAFETY: as above; `step` is below the count that was set.
             unsafe { sys::rtcSetGeometryTransformQuaternion(geometry.raw, step as u32, &raw) };
         }
         geometry.finish()
@@ -252,7 +252,7 @@ impl Geometry {
     pub fn transform_at(&self, time: f32) -> Result<[f32; 12], Error> {
         let mut columns = [0.0f32; 12];
         let format = sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
-        // SOUND: the geometry is alive (Embree reports an error if it is no instance) and twelve floats are written.
+        // SAFETY: the geometry is alive (Embree reports an error if it is no instance) and twelve floats are written.
         unsafe { sys::rtcGetGeometryTransform(self.raw, time, format, columns.as_mut_ptr().cast()) };
         self.device.check()?;
         Ok(columns)
@@ -260,11 +260,11 @@ impl Geometry {
 
     fn new_instance(device: &Arc<Device>, scene: &Arc<Scene>) -> Result<Self, Error> {
         if !Arc::ptr_eq(device, scene.device()) {
-            return Err(Error("the instanced scene is of another device".to_owned()));
+            return Err(Error::Other("the instanced scene is of another device".to_owned()));
         }
         let kept: Vec<Arc<dyn Any + Send + Sync>> = vec![scene.clone()];
         let geometry = Self::new(device, sys::RTC_GEOMETRY_TYPE_INSTANCE, None, HitFilter::None, kept)?;
-        // SOUND: both are alive and of one device.
+        // SAFETY: both are alive and of one device.
         unsafe { sys::rtcSetGeometryInstancedScene(geometry.raw, scene.raw()) };
         Ok(geometry)
     }
@@ -278,12 +278,12 @@ impl Geometry {
         stride: usize,
         count: usize,
     ) {
-        // SOUND: private; the callers pass memory of `count` items owned by an Arc in `self.data`, padded as Embree asks.
+        // SAFETY: private; the callers pass memory of `count` items owned by an Arc in `self.data`, padded as Embree asks.
         unsafe { sys::rtcSetSharedGeometryBuffer(self.raw, buffer, 0, format, pointer, 0, stride, count) };
     }
 
     fn finish(self) -> Result<Self, Error> {
-        // SOUND: the geometry is alive and nothing is being built from it yet.
+        // SAFETY: the geometry is alive and nothing is being built from it yet.
         unsafe { sys::rtcCommitGeometry(self.raw) };
         self.device.check()?;
         Ok(self)
@@ -296,7 +296,7 @@ impl Geometry {
 
 impl Drop for Geometry {
     fn drop(&mut self) {
-        // SOUND: `raw` came from rtcNewGeometry and this reference is given back once. A scene holds its own.
+        // SAFETY: `raw` came from rtcNewGeometry and this reference is given back once. A scene holds its own.
         unsafe { sys::rtcReleaseGeometry(self.raw) };
     }
 }
@@ -305,7 +305,7 @@ impl Data {
     /// What a bounds callback's panic said, as an error.
     pub fn check(&self) -> Result<(), Error> {
         match self.build_panic.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            Some(message) => Err(Error(format!("a bounds callback panicked: {message}"))),
+            Some(message) => Err(Error::Other(format!("a bounds callback panicked: {message}"))),
             None => Ok(()),
         }
     }
@@ -314,7 +314,7 @@ impl Data {
 fn check_indices(indices: &[u32], vertex_count: usize) -> Result<(), Error> {
     match indices.iter().max() {
         Some(&largest) if largest as usize >= vertex_count => {
-            Err(Error(format!("vertex number {largest} of {vertex_count} vertices")))
+            Err(Error::Other(format!("vertex number {largest} of {vertex_count} vertices")))
         }
         _ => Ok(()),
     }

@@ -21,24 +21,24 @@ pub struct Scene {
     device: Arc<Device>,
 }
 
-// SOUND: a committed scene is only read, which Embree allows from any number of threads at once; an uncommitted one is
+// SAFETY: a committed scene is only read, which Embree allows from any number of threads at once; an uncommitted one is
 // reached through `&mut` only. User geometries, filters and owners of buffers are Send + Sync by their bounds.
 unsafe impl Send for Scene {}
-// SOUND: as for Send.
+// SAFETY: as for Send.
 unsafe impl Sync for Scene {}
 
 impl SceneBuilder {
     /// An empty scene. `robust` makes Embree's traversal and triangle test watertight.
     pub fn new(device: &Arc<Device>, robust: bool) -> Result<Self, Error> {
-        // SOUND: the device is alive; a null result is checked for.
+        // SAFETY: the device is alive; a null result is checked for.
         let raw = unsafe { sys::rtcNewScene(device.raw()) };
         if raw.is_null() {
             device.check()?;
-            return Err(Error("no scene was made".to_owned()));
+            return Err(Error::Other("no scene was made".to_owned()));
         }
         let scene = Scene { raw, data: Vec::new(), device: device.clone() };
         let flags = if robust { sys::RTC_SCENE_FLAG_ROBUST } else { sys::RTC_SCENE_FLAG_NONE };
-        // SOUND: the scene is alive and not committed.
+        // SAFETY: the scene is alive and not committed.
         unsafe { sys::rtcSetSceneFlags(raw, flags) };
         device.check()?;
         Ok(Self { scene })
@@ -47,10 +47,10 @@ impl SceneBuilder {
     /// Takes in a geometry; returns its number: 0, 1, 2, … in order.
     pub fn attach(&mut self, geometry: Geometry) -> Result<u32, Error> {
         if !Arc::ptr_eq(&geometry.device, &self.scene.device) {
-            return Err(Error("the geometry is of another device".to_owned()));
+            return Err(Error::Other("the geometry is of another device".to_owned()));
         }
         let id = self.scene.data.len() as u32;
-        // SOUND: both are alive and of one device; the scene takes a reference of its own, and the data that the geometry
+        // SAFETY: both are alive and of one device; the scene takes a reference of its own, and the data that the geometry
         // points to goes into `self.scene.data`.
         unsafe { sys::rtcAttachGeometryByID(self.scene.raw, geometry.raw(), id) };
         self.scene.data.push(geometry.data.clone());
@@ -60,7 +60,7 @@ impl SceneBuilder {
 
     /// Builds the acceleration structure, with the device's threads.
     pub fn commit(self) -> Result<Scene, Error> {
-        // SOUND: the scene is alive and no other thread has it.
+        // SAFETY: the scene is alive and no other thread has it.
         unsafe { sys::rtcCommitScene(self.scene.raw) };
         self.scene.data.iter().try_for_each(|data| data.check())?;
         self.scene.device.check()?;
@@ -95,7 +95,7 @@ impl Scene {
         };
         let mut context = QueryContext::new(None);
         let mut arguments = sys::occluded_arguments((&raw mut context).cast());
-        // SOUND: the scene is committed; ray, context and arguments are live locals; the context is a QueryContext's first
+        // SAFETY: the scene is committed; ray, context and arguments are live locals; the context is a QueryContext's first
         // member, as the callbacks expect, and is not touched here until the call returns.
         unsafe { sys::rtcOccluded1(self.raw, &mut ray, &mut arguments) };
         context.finish();
@@ -118,7 +118,7 @@ impl Scene {
     /// Embree's count of this scene's box: lower and upper corner; lower above upper when the scene is empty.
     pub fn bounds(&self) -> ([f32; 3], [f32; 3]) {
         let mut bounds = std::mem::MaybeUninit::<sys::RTCBounds>::zeroed();
-        // SOUND: the scene is committed; Embree writes one RTCBounds, of floats only.
+        // SAFETY: the scene is committed; Embree writes one RTCBounds, of floats only.
         let bounds = unsafe {
             sys::rtcGetSceneBounds(self.raw, bounds.as_mut_ptr());
             bounds.assume_init()
@@ -129,7 +129,7 @@ impl Scene {
     #[inline(always)]
     fn trace(&self, rayhit: &mut sys::RTCRayHit, context: &mut QueryContext) {
         let mut arguments = sys::intersect_arguments((&raw mut *context).cast());
-        // SOUND: the scene is committed; rayhit, context and arguments are live and used by no one else during the call; the
+        // SAFETY: the scene is committed; rayhit, context and arguments are live and used by no one else during the call; the
         // context is a QueryContext's first member, as the callbacks expect.
         unsafe { sys::rtcIntersect1(self.raw, rayhit, &mut arguments) };
     }
@@ -145,7 +145,7 @@ impl Scene {
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // SOUND: `raw` came from rtcNewScene and this reference is given back once. An instance of this scene keeps it in an
+        // SAFETY: `raw` came from rtcNewScene and this reference is given back once. An instance of this scene keeps it in an
         // Arc, so it is not dropped before. `data` and `device` are dropped after this body.
         unsafe { sys::rtcReleaseScene(self.raw) };
     }
@@ -154,7 +154,7 @@ impl Drop for Scene {
 /// The hit part of a query's in-and-out struct, saying "none yet".
 #[inline(always)]
 fn no_hit() -> sys::RTCHit {
-    // SOUND: RTCHit is a C struct of floats and integers in every version; zeros are valid.
+    // SAFETY: RTCHit is a C struct of floats and integers in every version; zeros are valid.
     let mut hit: sys::RTCHit = unsafe { std::mem::zeroed() };
     hit.geomID = sys::RTC_INVALID_GEOMETRY_ID;
     hit.instID = [sys::RTC_INVALID_GEOMETRY_ID; _];

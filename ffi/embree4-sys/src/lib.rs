@@ -46,7 +46,7 @@ mod shape {
     /// A fresh context, as `rtcInitIntersectContext` writes it: incoherent, no filter, outside of all instances.
     #[inline(always)]
     pub fn ray_query_context() -> RTCRayQueryContext {
-        // SOUND: RTCIntersectContext is a C struct of an enum, a nullable function pointer and integers; zeros are valid.
+        // SAFETY: RTCIntersectContext is a C struct of an enum, a nullable function pointer and integers; zeros are valid.
         let mut context: RTCRayQueryContext = unsafe { std::mem::zeroed() };
         context.instID = [super::RTC_INVALID_GEOMETRY_ID; _];
         context
@@ -71,7 +71,7 @@ mod shape {
         rayhit: *mut bindings::RTCRayHit,
         arguments: *mut RTCIntersectArguments,
     ) {
-        // SOUND: the caller passes what Embree 4 asks for: live pointers, and a context that outlives the call.
+        // SAFETY: the caller passes what Embree 4 asks for: live pointers, and a context that outlives the call.
         unsafe { bindings::rtcIntersect1(scene, (*arguments).context, rayhit) }
     }
 
@@ -82,7 +82,7 @@ mod shape {
         ray: *mut bindings::RTCRay,
         arguments: *mut RTCOccludedArguments,
     ) {
-        // SOUND: as for rtcIntersect1.
+        // SAFETY: as for rtcIntersect1.
         unsafe { bindings::rtcOccluded1(scene, (*arguments).context, ray) }
     }
 }
@@ -95,7 +95,7 @@ mod shape {
     #[inline(always)]
     pub fn ray_query_context() -> RTCRayQueryContext {
         // Every member is an instance (primitive) id or, in builds with more levels, the depth of their stack.
-        // SOUND: the context is a C struct of integers; zeros are valid.
+        // SAFETY: the context is a C struct of integers; zeros are valid.
         let mut context: RTCRayQueryContext = unsafe { std::mem::zeroed() };
         context.instID = [super::RTC_INVALID_GEOMETRY_ID; _];
         context
@@ -104,7 +104,7 @@ mod shape {
     /// Default arguments with this context: incoherent, all features, no filter.
     #[inline(always)]
     pub fn intersect_arguments(context: *mut RTCRayQueryContext) -> RTCIntersectArguments {
-        // SOUND: a C struct of integers, floats and nullable pointers; zeros are valid.
+        // SAFETY: a C struct of integers, floats and nullable pointers; zeros are valid.
         let mut arguments: RTCIntersectArguments = unsafe { std::mem::zeroed() };
         arguments.feature_mask = RTC_FEATURE_FLAG_ALL;
         arguments.context = context;
@@ -114,7 +114,7 @@ mod shape {
     /// Default arguments with this context.
     #[inline(always)]
     pub fn occluded_arguments(context: *mut RTCRayQueryContext) -> RTCOccludedArguments {
-        // SOUND: as for intersect_arguments.
+        // SAFETY: as for intersect_arguments.
         let mut arguments: RTCOccludedArguments = unsafe { std::mem::zeroed() };
         arguments.feature_mask = RTC_FEATURE_FLAG_ALL;
         arguments.context = context;
@@ -129,7 +129,7 @@ pub use shape::{intersect_arguments, occluded_arguments, ray_query_context};
 
 /// The identity, as `rtcInitQuaternionDecomposition` writes it.
 pub fn quaternion_decomposition() -> RTCQuaternionDecomposition {
-    // SOUND: a C struct of floats; zeros are valid.
+    // SAFETY: a C struct of floats; zeros are valid.
     let mut identity: RTCQuaternionDecomposition = unsafe { std::mem::zeroed() };
     identity.scale_x = 1.0;
     identity.scale_y = 1.0;
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn installed_library_is_the_bound_version() {
-        // SOUND: a null configuration asks for the defaults; the device is used and released here only.
+        // SAFETY: a null configuration asks for the defaults; the device is used and released here only.
         unsafe {
             let device = rtcNewDevice(std::ptr::null());
             assert!(!device.is_null());

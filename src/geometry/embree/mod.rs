@@ -33,7 +33,10 @@ pub struct EmbreeTracer {
 impl From<Error> for TraceError {
     fn from(error: Error) -> Self {
         let text = error.to_string();
-        if text.contains("out of memory") { Self::Memory(text) } else { Self::Library(text) }
+        match error {
+            Error::Memory(_) => Self::Memory(text),
+            Error::Other(_) => Self::Library(text),
+        }
     }
 }
 

@@ -83,7 +83,7 @@ impl BlackbodyTable {
         Self { entries, density: 1.0 / step }
     }
 
-    /// The radiance at `kelvin`; none below [`COLD`].
+    /// The radiance at `kelvin`; none below 100 K.
     #[inline]
     pub fn at(&self, kelvin: f32) -> Rgb {
         if kelvin <= COLD {

@@ -1,4 +1,4 @@
-//! From the grids of a .vdb file to [`SparseGrid`]s in their place, and what a file holds, for people.
+//! From the grids of a .vdb file to [`super::sparse::SparseGrid`]s in their place, and what a file holds, for people.
 //! Needs the feature `openvdb`; without it every file is refused with a message that says so.
 
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Media given by grids: sparse bricks of voxels ([`sparse`]), where they lie ([`map`], [`field`]), what they emit
 //! ([`emission`]), bounds of their extinction ([`majorants`]) and how a ray is led along them ([`dda`]).
 //!
-//! Everything but reading .vdb files ([`file`]) is plain Rust and exists without the feature `openvdb`.
+//! Everything but reading .vdb files ([`mod@file`]) is plain Rust and exists without the feature `openvdb`.
 
 pub mod blocks;
 pub mod dda;
