@@ -51,6 +51,8 @@ pub struct GridMedium {
     bounds: Option<(Vec3, Vec3)>,
     /// All grids lie on the lattice of the density (or else of the bound).
     shared: bool,
+    /// μ_t where density is 1, if no colour grid changes it from place to place.
+    plain_extinction: Option<Rgb>,
 }
 
 /// Cells along the longest side of a majorant grid that does not follow the density's lattice.
@@ -126,7 +128,10 @@ impl GridMedium {
         let same = |field: &Option<Field<AnyGrid>>| field.as_ref().is_none_or(|f| f.map == map);
         let glows_there = parts.emission.as_ref().is_none_or(|emission| emission.lies_on(&map));
         let shared = same(&parts.absorption_colour) && same(&parts.scattering_colour) && glows_there;
-        Self { majorants, cells_from_render, clip_voxels, outside, bounds, shared, parts }
+        let is_plain =
+            parts.density.is_some() && parts.absorption_colour.is_none() && parts.scattering_colour.is_none();
+        let plain_extinction = is_plain.then(|| (parts.sigma_a + parts.sigma_s) * parts.scale);
+        Self { majorants, cells_from_render, clip_voxels, outside, bounds, shared, plain_extinction, parts }
     }
 
     fn source_map(&self) -> &IndexMap {
@@ -157,6 +162,9 @@ impl GridMedium {
     #[inline]
     pub fn extinction(&self, p: Vec3) -> Rgb {
         self.index_inside(p).map_or(Rgb::BLACK, |index| {
+            if let Some(extinction) = self.plain_extinction {
+                return extinction * self.density_at(index);
+            }
             let [absorption, scattering] = self.coefficients(p, index);
             absorption + scattering
         })
@@ -177,14 +185,20 @@ impl GridMedium {
         if self.shared { index } else { map.to_index(p) }
     }
 
+    /// The density at an index position, adjusted; the background's behind a frustum's apex; 1 without a grid.
+    #[inline]
+    fn density_at(&self, index: Option<DVec3>) -> f32 {
+        match &self.parts.density {
+            Some(field) => index.map_or_else(|| field.adjust(field.grid.background()), |index| field.at(index)),
+            None => 1.0,
+        }
+    }
+
     /// μ_a and μ_s.
     #[inline]
     fn coefficients(&self, p: Vec3, index: Option<DVec3>) -> [Rgb; 2] {
         let parts = &self.parts;
-        let density = match &parts.density {
-            Some(field) => index.map_or_else(|| field.adjust(field.grid.background()), |index| field.at(index)),
-            None => 1.0,
-        };
+        let density = self.density_at(index);
         if !(density > 0.0) {
             return [Rgb::BLACK; 2];
         }
