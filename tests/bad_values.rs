@@ -106,6 +106,19 @@ fn nonsensical_shapes() {
         ("ActiveTransform EndTime\nScale 0 0 0\nActiveTransform All\nShape \"sphere\"", Refused("flattened")),
         ("ObjectBegin \"a\"\nObjectInstance \"a\"\nObjectEnd\nObjectInstance \"a\"", Orderly),
         ("ObjectInstance \"nothing\"", Refused("nothing")),
+        (
+            "ObjectBegin \"a\"\nShape \"sphere\"\nObjectEnd\nActiveTransform EndTime\nScale -1 1 1\nObjectInstance \"a\"",
+            Refused("inside out"),
+        ),
+        (
+            "ObjectBegin \"a\"\nShape \"sphere\"\nObjectEnd\nScale 1e-30 1 1\nObjectInstance \"a\"",
+            Refused("units away"),
+        ),
+        (
+            "ObjectBegin \"a\"\nShape \"sphere\"\nObjectEnd\nScale 1e-13 1e-13 1e-13\nObjectInstance \"a\"",
+            Refused("shrunk"),
+        ),
+        ("ObjectBegin \"a\"\nShape \"sphere\"\nObjectEnd\nScale 1e-10 1e-10 1e-10\nObjectInstance \"a\"", Renders),
         ("Scale 1e10 1e10 1e10\nShape \"sphere\" \"float radius\" 1e10", Refused("beyond")),
         ("# \u{e9}\nShape \"sphere\"", Renders),
         ("Attribute \"shape\" \"float zork\" 1\nShape \"sphere\"", Warned("\"zork\" of Attribute")),

@@ -253,7 +253,7 @@ fn endless(folder: &Folder) -> Running {
 fn an_interrupted_render_writes_what_it_has() {
     let folder = lamp("interrupted");
     let running = endless(&folder);
-    running.signal("INT");
+    assert!(running.interrupt());
     running.end().code(130).says("interrupted");
     assert_eq!(names(&folder), ["lamp.exr", "lamp.pbrt", "lamp.png"]);
     let image = lanternfish::film::exr::read_exr_layers(&folder.path("lamp.exr")).expect("a whole image");
@@ -267,8 +267,9 @@ fn a_second_interrupt_ends_at_once() {
     folder.write("lamp.exr", "precious");
     let running = endless(&folder);
     let start = Instant::now();
-    running.signal("INT");
-    running.signal("INT");
+    assert!(running.interrupt());
+    // It may be over by now.
+    running.interrupt();
     let run = running.end();
     assert_eq!(run.code, Some(130), "{}", run.err);
     assert!(start.elapsed() < Duration::from_secs(20), "it took {:?}", start.elapsed());
@@ -277,6 +278,40 @@ fn a_second_interrupt_ends_at_once() {
     if folder.read("lamp.exr") != b"precious" {
         lanternfish::film::exr::read_exr_layers(&folder.path("lamp.exr")).expect("a whole image");
     }
+}
+
+/// Requests to end it are heard, whoever has stopped listening to it.
+#[test]
+fn a_closed_error_output_keeps_nothing_alive() {
+    let folder = lamp("closed");
+    // `false` closes its end of the pipe at once; what is written from then on fails.
+    let script = format!(
+        "{{ {0} render lamp.pbrt --spp 100000000 --threads 1 & echo $! >pid; wait $!; echo $? >code; }} 2>&1 | false",
+        program::PROGRAM
+    );
+    let mut shell =
+        std::process::Command::new("sh").args(["-c", &script]).current_dir(folder.path("")).spawn().expect("a shell");
+    let start = Instant::now();
+    let number = loop {
+        let pid = std::fs::read_to_string(folder.path("pid")).unwrap_or_default();
+        if pid.ends_with('\n') {
+            break pid;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "it does not start");
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    std::thread::sleep(Duration::from_millis(500));
+    let kill =
+        |signal: &str| std::process::Command::new("sh").args(["-c", &format!("kill -{signal} {number}")]).status();
+    assert!(kill("TERM").expect("sh is there").success());
+    while shell.try_wait().expect("it can be waited for").is_none() || !folder.path("code").exists() {
+        if start.elapsed() > Duration::from_secs(60) {
+            let _ = kill("KILL");
+            panic!("it does not end");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(folder.read("code"), b"130\n");
 }
 
 /// One lamp and a floor: what comes on top of loading the geometry until the first samples are there. The least of several

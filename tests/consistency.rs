@@ -162,8 +162,9 @@ fn a_dense_grid_far_away_lets_through_what_it_should() {
     let (mean, error) = shot.mean(&world, 32);
     let expected = (-0.1f64 * 7.5).exp();
     println!("far grid: {} ± {}, expected about {expected}", mean[0], error[0]);
-    // Five standard errors; it was next to nothing where steps got lost.
-    assert!((mean[0] - expected).abs() < 0.12, "{} instead of about {expected}", mean[0]);
+    // What fades at the ends is known only roughly; it was next to nothing where steps got lost.
+    let allowed = common::critical_z(1e-6) * error[0] + 0.03;
+    assert!((mean[0] - expected).abs() < allowed, "{} ± {} instead of about {expected}", mean[0], error[0]);
 }
 
 /// Objects within objects, still and moving, are what comes of writing their shapes out.

@@ -96,3 +96,8 @@ pub fn warning_lines(warnings: &Warnings, sources: &Sources) -> Vec<String> {
     let line = |w: &Warning| normalize_untrusted_str(&format!("warning: {}{}", place(w.span), w.message));
     warnings.list().iter().map(line).collect()
 }
+
+/// A line on the standard error output. That nobody reads it is no error.
+pub fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}

@@ -24,12 +24,13 @@ impl Interrupts {
         let state = Arc::new(Self::default());
         let heard = state.clone();
         // Where no handler can be installed, the default one ends the process: nothing is half-written.
-        if let Ok(mut signals) = Signals::new([SIGINT, SIGTERM, SIGHUP, SIGXFSZ]) {
+        let wanted = [SIGINT, SIGTERM, SIGHUP, SIGXFSZ].into_iter().filter(|&signal| !is_ignored(signal));
+        if let Ok(mut signals) = Signals::new(wanted) {
             std::thread::spawn(move || {
                 for _ in signals.forever().filter(|&signal| signal != SIGXFSZ) {
                     let is_first = !heard.stop.swap(true, Ordering::Relaxed);
+                    // Nothing is said here: whoever closed or stopped reading the error output must not keep the process alive.
                     if !(is_first && heard.rendering.load(Ordering::Relaxed)) {
-                        eprintln!("interrupted");
                         exit_at_once(ExitStatus::Interrupted as i32);
                     }
                 }
@@ -42,4 +43,11 @@ impl Interrupts {
     pub fn rendering_begins(&self) {
         self.rendering.store(true, Ordering::Relaxed);
     }
+}
+
+/// Whether whoever started the process made it ignore this signal: `nohup` does so with SIGHUP, shells with SIGINT in the background.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }

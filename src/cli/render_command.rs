@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::arguments::RenderArguments;
-use super::diagnostics::{print_error, print_message, print_warnings, warning_lines};
+use super::diagnostics::{print_error, print_message, print_warnings, say, warning_lines};
 use super::interrupt::Interrupts;
 use super::{ExitStatus, progress};
 use crate::film::exr::write_exr;
@@ -14,9 +14,9 @@ use crate::geometry::trace::TraceError;
 use crate::integrator::Counters;
 use crate::medium::regions::MAX_OVERLAP;
 use crate::render::stats::{Statistics, process_usage};
-use crate::render::{Job, Outcome, RenderError, RenderSettings, load};
+use crate::render::{Job, Outcome, PngOutput, RenderError, RenderSettings, load};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
-use crate::system::output::{OutputError, check_writable, write_atomically};
+use crate::system::output::{OutputError, check_writable, is_device, write_atomically};
 
 /// Runs the command; messages go to the standard error output.
 pub fn run(arguments: &RenderArguments) -> ExitStatus {
@@ -54,6 +54,17 @@ fn render(
     sources: &mut Sources,
     warnings: &mut Warnings,
 ) -> Result<ExitStatus, RenderError> {
+    // What the command line names is known to be wrong before a scene is read.
+    if let Some(wrong) = settings.output.as_deref().filter(|path| is_other_picture(path)) {
+        return Err(RenderError::Ending { path: wrong.to_owned() });
+    }
+    let named_png = settings.png.as_ref().and_then(|png| match png {
+        PngOutput::File(path) => Some(path.as_path()),
+        PngOutput::Beside => None,
+    });
+    for file in [settings.output.as_deref(), named_png, settings.stats.as_deref()].into_iter().flatten() {
+        check_writable(file)?;
+    }
     let threads = settings.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let interrupts = Interrupts::listen();
@@ -71,9 +82,6 @@ fn render(
         let png = settings.png_path(&output);
         let outputs: Vec<&Path> =
             [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()].into_iter().flatten().collect();
-        if let Some(wrong) = settings.output.as_deref().filter(|path| is_other_picture(path)) {
-            return Err(RenderError::Ending { path: wrong.to_owned() });
-        }
         refuse_overlap(&outputs, sources.paths().map(Path::to_owned).chain(named))?;
         for file in outputs {
             check_writable(file)?;
@@ -85,7 +93,7 @@ fn render(
         Ok::<_, RenderError>((job, outcome, seed, output))
     })?;
     if outcome.interrupted && outcome.film.sample_count() == 0 {
-        eprintln!("interrupted before anything was rendered: no image is written");
+        say("interrupted before anything was rendered: no image is written");
         return Ok(ExitStatus::Interrupted);
     }
 
@@ -118,7 +126,7 @@ fn render(
     }
     if !settings.quiet {
         for warning in after_the_fact(&outcome) {
-            eprintln!("{warning}");
+            say(warning);
         }
         summarise(&output, &statistics, &outcome);
     }
@@ -150,7 +158,7 @@ pub fn refuse_overlap(outputs: &[&Path], mut inputs: impl Iterator<Item = PathBu
     };
     // Devices such as /dev/null may take anything.
     let places: Vec<(&Path, PathBuf)> =
-        outputs.iter().filter(|path| !path.starts_with("/dev")).map(|&path| (path, place(path))).collect();
+        outputs.iter().filter(|path| !is_device(path)).map(|&path| (path, place(path))).collect();
     for (i, (path, at)) in places.iter().enumerate() {
         if places[..i].iter().any(|(_, other)| other == at) {
             return Err(RenderError::Overlap { path: path.to_path_buf() });
@@ -211,9 +219,9 @@ fn summarise(output: &Path, statistics: &Statistics, outcome: &Outcome) {
     if let Some(error) = statistics.error {
         line += &format!(", error {:.2} %", error * 100.0);
     }
-    eprintln!("{line}");
+    say(line);
     if outcome.interrupted {
-        eprintln!("interrupted: the image holds what was done by then");
+        say("interrupted: the image holds what was done by then");
     }
 }
 

@@ -1,8 +1,10 @@
 //! `lanternfish scene`: writes one of the project's own scenes.
 
+use std::io::Write;
+
 use super::ExitStatus;
 use super::arguments::SceneArguments;
-use super::diagnostics::print_message;
+use super::diagnostics::{print_message, say};
 use super::interrupt::Interrupts;
 use crate::gallery;
 
@@ -16,13 +18,13 @@ pub fn list() -> String {
 pub fn run(arguments: &SceneArguments) -> ExitStatus {
     let Some(scene) = gallery::find(&arguments.name) else {
         print_message(&format!("no scene is called \"{}\"", arguments.name));
-        eprintln!("{}", list());
+        say(list());
         return ExitStatus::Usage;
     };
     Interrupts::listen();
     match scene.write(&arguments.out) {
         Ok(path) => {
-            println!("{}", path.display());
+            let _ = writeln!(std::io::stdout(), "{}", path.display());
             ExitStatus::Done
         }
         Err(error) => {

@@ -226,7 +226,7 @@ impl Film {
                 // In this order zip takes no plane after the last value.
                 for (value, plane) in values.iter().zip(plane.by_ref()) {
                     // Finite sums may be beyond what an f32 holds: the variance of very bright pixels.
-                    plane[index] = value.min(f64::from(f32::MAX)) as f32;
+                    plane[index] = if *value > f64::from(f32::MAX) { f32::MAX } else { *value as f32 };
                 }
             };
             put(&moments.mean.to_array());

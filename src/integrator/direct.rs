@@ -117,7 +117,8 @@ pub fn sample_direct<const MEDIA: bool>(
             // Light from behind a surface that separates media arrives through the medium there.
             Vertex::Surface { point, .. } if (sample.wi.dot(point.ng) < 0.0) != (wo.dot(point.ng) < 0.0) => {
                 let mut regions = path.regions.clone();
-                world.cross(&mut regions, point.shape, point.instance, sample.wi.dot(point.ng) < 0.0);
+                let fits = world.cross(&mut regions, point.shape, point.instance, sample.wi.dot(point.ng) < 0.0);
+                scratch.counters.region_overflows += u64::from(!fits);
                 transmittance(world, &ray, &regions, &mut stream, scratch)
             }
             _ => transmittance(world, &ray, &path.regions, &mut stream, scratch),

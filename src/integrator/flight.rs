@@ -93,9 +93,8 @@ pub fn sample_flight(
             }
         }
         if let Some(crossing) = crossings.get(i) {
-            if !world.cross(&mut path.regions, crossing.shape, crossing.instance, crossing.entering) {
-                scratch.counters.region_overflows += 1;
-            }
+            let fits = world.cross(&mut path.regions, crossing.shape, crossing.instance, crossing.entering);
+            scratch.counters.region_overflows += u64::from(!fits);
             t_start = crossing.t;
         }
     }
@@ -196,9 +195,8 @@ pub fn transmittance(
         }
         if let Some(crossing) = crossings.get(i) {
             let regions = beyond.get_or_insert_with(|| regions.clone());
-            if !world.cross(regions, crossing.shape, crossing.instance, crossing.entering) {
-                scratch.counters.region_overflows += 1;
-            }
+            let fits = world.cross(regions, crossing.shape, crossing.instance, crossing.entering);
+            scratch.counters.region_overflows += u64::from(!fits);
             t_start = crossing.t;
         }
     }

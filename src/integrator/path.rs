@@ -152,7 +152,8 @@ pub fn trace_path<const MEDIA: bool>(
         let shape = &world.geometry.shapes[hit.shape.0 as usize];
         if MEDIA {
             // Whatever rounding did on the way: now it is known which side of this surface the path is on.
-            world.cross(&mut path.regions, hit.shape, hit.instance, wo.dot(point.ng) < 0.0);
+            let fits = world.cross(&mut path.regions, hit.shape, hit.instance, wo.dot(point.ng) < 0.0);
+            scratch.counters.region_overflows += u64::from(!fits);
         }
         if let Some(light) = shape.light.map(LightId) {
             let radiance = world.lights.emitted(light, point.ng, wo, point.uv);
@@ -203,7 +204,8 @@ pub fn trace_path<const MEDIA: bool>(
         }
         if MEDIA {
             // By the geometric normal: with shading normals a reflection may go through, a transmission may stay.
-            world.cross(&mut path.regions, point.shape, point.instance, sample.wi.dot(point.ng) < 0.0);
+            let fits = world.cross(&mut path.regions, point.shape, point.instance, sample.wi.dot(point.ng) < 0.0);
+            scratch.counters.region_overflows += u64::from(!fits);
         }
         let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
         ray = Ray { origin: vertex.ray_origin(sample.wi), direction: sample.wi, t_max: f32::INFINITY, ..ray };
@@ -226,7 +228,8 @@ fn camera_regions(world: &World, ray: &Ray, scratch: &mut Scratch) -> Regions {
         world.tracer.boundaries(&way, &mut scratch.crossings);
         scratch.counters.boundary_rays += 1;
         for crossing in &scratch.crossings {
-            world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering);
+            let fits = world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering);
+            scratch.counters.region_overflows += u64::from(!fits);
         }
     }
     regions

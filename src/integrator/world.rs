@@ -52,6 +52,7 @@ impl World {
 
     /// Moves `regions` across a boundary; false where too many overlap.
     #[inline]
+    #[must_use]
     pub fn cross(&self, regions: &mut Regions, shape: ShapeId, instance: Option<InstanceId>, entering: bool) -> bool {
         match self.transition(shape) {
             Some(interface) => regions.cross(shape, instance, interface, entering),

@@ -6,7 +6,8 @@ use glam::Vec3;
 use crate::geometry::{InstanceId, Ray, ShapeId};
 use crate::integrator::World;
 use crate::medium::MediumId;
-use crate::medium::regions::Regions;
+use crate::medium::regions::{MAX_OVERLAP, Regions};
+use crate::scene::Warnings;
 
 /// Directions with no component in common with axis-aligned boxes or with each other.
 const PROBES: [Vec3; 3] = [
@@ -21,7 +22,7 @@ const MAX_SURFACES: usize = 64;
 /// The regions at `p`. A probe that meets the inside of a region's boundary first starts within it; the probes
 /// decide, two more of them for than against. `declared` is the medium that the file says surrounds the camera: where no region found holds
 /// it, it surrounds the whole scene.
-pub fn camera_regions(world: &World, p: Vec3, declared: Option<MediumId>) -> Regions {
+pub fn camera_regions(world: &World, p: Vec3, declared: Option<MediumId>, warnings: &mut Warnings) -> Regions {
     let mut votes: Vec<((ShapeId, Option<InstanceId>), i32)> = vec![];
     let mut crossings = vec![];
     for direction in PROBES {
@@ -49,7 +50,9 @@ pub fn camera_regions(world: &World, p: Vec3, declared: Option<MediumId>) -> Reg
         inside.iter().filter_map(|(shape, _)| world.transition(*shape)).any(|interface| interface.inside == declared);
     let mut regions = Regions::new(declared.filter(|_| !explained));
     for (shape, instance) in inside {
-        world.cross(&mut regions, shape, instance, true);
+        if !world.cross(&mut regions, shape, instance, true) {
+            warnings.add(None, format!("the camera stands in more than {MAX_OVERLAP} media: one is left out"));
+        }
     }
     regions
 }

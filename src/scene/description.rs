@@ -174,7 +174,8 @@ impl SceneDescription {
         self.base.join(name)
     }
 
-    /// The files that parameters name (meshes, images, volumes), whether or not anything uses them.
+    /// The meshes, images and volumes that parameters name, whether or not anything uses them. Spectrum files, which are read with
+    /// the text, are not among them.
     pub fn named_files(&self) -> impl Iterator<Item = PathBuf> {
         let shapes = self.shapes.iter().chain(self.objects.iter().flat_map(|object| &object.shapes));
         let entities = shapes

@@ -37,7 +37,9 @@ fn group(read: &dyn Fn(&str) -> Option<String>) -> Option<u64> {
             path = path.trim_end_matches('/');
             let file = |name: &str| format!("{root}{path}/{name}");
             if let (Some(limit), Some(used)) = (number(file(limit)), number(file(used))) {
-                let left = limit.saturating_sub(used);
+                // Cached files count as used, but make way.
+                let statistics = read(&file("memory.stat")).unwrap_or_default();
+                let left = limit.saturating_sub(used.saturating_sub(cached(&statistics)));
                 least = Some(least.map_or(left, |l: u64| l.min(left)));
             }
             match path.rfind('/') {
@@ -47,6 +49,16 @@ fn group(read: &dyn Fn(&str) -> Option<String>) -> Option<u64> {
         }
     }
     least
+}
+
+/// Bytes of files that a control group holds in memory: its own and its children's.
+fn cached(statistics: &str) -> u64 {
+    let of = |name: &str| {
+        let line = statistics.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
+        line.and_then(|value| value.trim().parse::<u64>().ok())
+    };
+    let both = |kind: &str| of(&format!("total_{kind}")).or_else(|| of(kind)).unwrap_or(0);
+    both("inactive_file") + both("active_file")
 }
 
 /// The value of a line such as `MemAvailable:  123 kB`, in bytes.
@@ -73,7 +85,8 @@ mod tests {
                 "/proc/self/cgroup" => "0::/a/b\n",
                 "/sys/fs/cgroup/a/b/memory.max" => "max\n",
                 "/sys/fs/cgroup/a/memory.max" => "1000\n",
-                "/sys/fs/cgroup/a/memory.current" => "400\n",
+                "/sys/fs/cgroup/a/memory.current" => "700\n",
+                "/sys/fs/cgroup/a/memory.stat" => "anon 400\nactive_file 100\ninactive_file 200\n",
                 _ => return None,
             };
             Some(text.to_owned())

@@ -1,7 +1,7 @@
 //! Files that appear whole or not at all: written under a temporary name in the same folder, flushed to the disk, renamed.
 
 use std::fs::File;
-use std::io::{self, Seek, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -40,26 +40,53 @@ impl Target {
         match path.metadata() {
             Ok(metadata) if metadata.is_dir() => Err(io::Error::other("it is a folder")),
             Ok(metadata) if metadata.is_file() => Ok(Self::File(path.canonicalize()?)),
-            Ok(metadata) if is_device(&metadata) => Ok(Self::Device),
+            Ok(metadata) if is_character_device(&metadata) => Ok(Self::Device),
             Ok(_) => Err(io::Error::other("it is neither a file nor a device")),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::File(path.to_owned())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound && names_a_folder(path) => {
+                Err(io::Error::other("there is no such folder"))
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::File(end_of_links(path))),
             Err(error) => Err(error),
         }
     }
 }
 
+fn names_a_folder(path: &Path) -> bool {
+    path.file_name().is_none() || path.as_os_str().to_string_lossy().ends_with('/')
+}
+
+/// Where symbolic links that end at nothing lead.
+fn end_of_links(path: &Path) -> PathBuf {
+    const MOST: usize = 40;
+    let mut path = path.to_owned();
+    for _ in 0..MOST {
+        let Ok(next) = path.read_link() else { break };
+        path = path.parent().unwrap_or(Path::new("")).join(next);
+    }
+    path
+}
+
+/// Whether `path` is a device such as `/dev/null`, which takes anything.
+pub fn is_device(path: &Path) -> bool {
+    path.metadata().is_ok_and(|metadata| is_character_device(&metadata))
+}
+
 #[cfg(unix)]
-fn is_device(metadata: &std::fs::Metadata) -> bool {
+fn is_character_device(metadata: &std::fs::Metadata) -> bool {
     std::os::unix::fs::FileTypeExt::is_char_device(&metadata.file_type())
 }
 
 #[cfg(not(unix))]
-fn is_device(_: &std::fs::Metadata) -> bool {
+fn is_character_device(_: &std::fs::Metadata) -> bool {
     false
 }
 
 /// A temporary file that [`exit_at_once`] knows of.
-struct Unfinished(NamedTempFile);
+struct Unfinished {
+    /// `None` once it has its final name.
+    file: Option<NamedTempFile>,
+    name: PathBuf,
+}
 
 impl Unfinished {
     /// Beside `target`, with its permissions if it is there, else with those that new files get.
@@ -68,22 +95,43 @@ impl Unfinished {
         if !folder.is_dir() {
             return Err(io::Error::new(io::ErrorKind::NotFound, format!("there is no folder {}", folder.display())));
         }
+        let unfinished = Self::within(folder)?;
+        if let (Ok(metadata), Some(file)) = (target.metadata(), &unfinished.file) {
+            file.as_file().set_permissions(metadata.permissions())?;
+        }
+        Ok(unfinished)
+    }
+
+    fn within(folder: &Path) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".lanternfish-");
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        // Made and noted under one lock, so that it is known as long as it is there.
+        let mut known = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
         let file = builder.tempfile_in(folder)?;
-        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(file.path().to_owned());
-        let unfinished = Self(file);
-        if let Ok(metadata) = target.metadata() {
-            unfinished.0.as_file().set_permissions(metadata.permissions())?;
-        }
-        Ok(unfinished)
+        let name = file.path().to_owned();
+        known.push(name.clone());
+        Ok(Self { file: Some(file), name })
+    }
+
+    fn file(&mut self) -> &mut NamedTempFile {
+        self.file.as_mut().expect("it is there until it is persisted")
+    }
+
+    /// Gives it its final name.
+    fn persist(mut self, target: &Path) -> io::Result<()> {
+        let file = self.file.take().expect("it is persisted once");
+        file.persist(target).map(drop).map_err(|error| error.error)
     }
 }
 
-fn forget(path: &Path) {
-    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|known| known != path);
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // Removed first, forgotten after.
+        drop(self.file.take());
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|known| *known != self.name);
+    }
 }
 
 /// Creates `path` whole or not at all. `write` fills the temporary file that it is given, through its handle or by its name. An existing
@@ -98,28 +146,21 @@ pub fn write_atomically(
     let fail = |e: &dyn std::fmt::Display| OutputError::new(path, e);
     match Target::of(path).map_err(|e| fail(&e))? {
         Target::Device => {
-            let mut file = NamedTempFile::new().map_err(|e| fail(&e))?;
-            write(&mut file).map_err(|e| fail(&e))?;
+            let mut unfinished = Unfinished::within(&std::env::temp_dir()).map_err(|e| fail(&e))?;
+            write(unfinished.file()).map_err(|e| fail(&e))?;
             let copy = || -> io::Result<()> {
-                let mut written = file.reopen()?;
-                written.rewind()?;
+                let mut written = File::open(&unfinished.name)?;
                 io::copy(&mut written, &mut File::options().write(true).open(path)?).map(drop)
             };
             copy().map_err(|e| fail(&e))
         }
         Target::File(target) => {
             let mut unfinished = Unfinished::beside(&target).map_err(|e| fail(&e))?;
-            let name = unfinished.0.path().to_owned();
-            let finished = (|| {
-                write(&mut unfinished.0).map_err(|e| fail(&e))?;
-                let file = &mut unfinished.0;
-                file.flush().map_err(|e| fail(&e))?;
-                // Writers that went by the name may have left another file under it than the handle's.
-                File::open(&name).and_then(|file| file.sync_all()).map_err(|e| fail(&e))?;
-                unfinished.0.persist(&target).map_err(|e| fail(&e.error)).map(drop)
-            })();
-            forget(&name);
-            finished
+            write(unfinished.file()).map_err(|e| fail(&e))?;
+            unfinished.file().flush().map_err(|e| fail(&e))?;
+            // Writers that went by the name may have left another file under it than the handle's.
+            File::open(&unfinished.name).and_then(|file| file.sync_all()).map_err(|e| fail(&e))?;
+            unfinished.persist(&target).map_err(|e| fail(&e))
         }
     }
 }
@@ -132,7 +173,7 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     let check = || -> io::Result<()> {
         match Target::of(path)? {
             Target::Device => File::options().write(true).open(path).map(drop),
-            Target::File(target) => Unfinished::beside(&target).map(|unfinished| forget(unfinished.0.path())),
+            Target::File(target) => Unfinished::beside(&target).map(drop),
         }
     };
     check().map_err(|e| OutputError::new(path, e))
@@ -169,6 +210,7 @@ mod tests {
         assert_eq!(listing(folder.path()), 0);
         assert!(put(&folder.path().join("no/such/folder/a"), "a").is_err());
         assert!(put(folder.path(), "a").is_err());
+        assert!(check_writable(&folder.path().join("new/")).is_err());
     }
 
     #[cfg(unix)]
@@ -185,6 +227,9 @@ mod tests {
         assert!(link.is_symlink());
         assert_eq!(std::fs::read(&file).expect("there"), b"two");
         assert_eq!(file.metadata().expect("there").permissions().mode() & 0o777, 0o640);
+        std::fs::remove_file(&file).expect("removed");
+        put(&link, "three").expect("written");
+        assert!(link.is_symlink() && std::fs::read(&file).expect("there") == b"three", "a link to nothing yet");
         assert_eq!(listing(folder.path()), 2);
     }
 
@@ -194,7 +239,7 @@ mod tests {
         let null = Path::new("/dev/null");
         check_writable(null).expect("writable");
         put(null, "nothing").expect("written");
-        assert!(is_device(&null.metadata().expect("there")));
+        assert!(is_device(null));
     }
 
     #[test]

@@ -126,10 +126,16 @@ impl Running {
         String::from_utf8_lossy(&fs::read(&self.err).unwrap_or_default()).into_owned()
     }
 
-    /// Sends a signal by name; `sh` has made way for the program, so it is the program's own.
-    pub fn signal(&self, name: &str) {
+    /// Sends a signal by name; `sh` has made way for the program, so it is the program's own. False where it has ended already.
+    pub fn signal(&self, name: &str) -> bool {
         let status = Command::new("sh").args(["-c", &format!("kill -{name} {}", self.child.id())]).status();
-        assert!(status.expect("sh is there").success() || name == "INT");
+        status.expect("sh is there").success()
+    }
+
+    /// Interrupts it as Ctrl-C does; by a request to terminate where the tests run in the background of a shell, whose children ignore
+    /// the former.
+    pub fn interrupt(&self) -> bool {
+        self.signal(if is_ignored(2) { "TERM" } else { "INT" })
     }
 
     /// Waits for the end.
@@ -224,4 +230,11 @@ pub fn damage(bytes: &[u8], random: &mut Random) -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// Whether this process ignores a signal, which the processes that it starts inherit.
+fn is_ignored(signal: u32) -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }

@@ -95,9 +95,10 @@ fn work(job: &Job) -> io::Result<()> {
     let mut out = BufWriter::new(File::from(io::stdout().as_fd().try_clone_to_owned()?));
     out.write_all(&HELLO)?;
     out.flush()?;
-    limit(libc::RLIMIT_CORE, 0);
-    limit(libc::RLIMIT_AS, job.memory);
-    limit(libc::RLIMIT_CPU, job.cpu_seconds);
+    limit(libc::RLIMIT_CORE, 0, 0);
+    limit(libc::RLIMIT_AS, job.memory, job.memory);
+    // At the first a signal that tells why, at the second the end.
+    limit(libc::RLIMIT_CPU, job.cpu_seconds, job.cpu_seconds.saturating_add(5));
     let done = if job.write {
         writing::write(&job.path, job.option, job.memory)
     } else {
@@ -111,8 +112,8 @@ fn work(job: &Job) -> io::Result<()> {
     out.flush()
 }
 
-fn limit(resource: libc::__rlimit_resource_t, value: u64) {
-    let bound = libc::rlimit { rlim_cur: value, rlim_max: value };
+fn limit(resource: libc::__rlimit_resource_t, soft: u64, hard: u64) {
+    let bound = libc::rlimit { rlim_cur: soft, rlim_max: hard };
     // SAFETY: `bound` is a valid rlimit; a failure leaves the old limit, which the parent's timeout backs up.
     unsafe { libc::setrlimit(resource, &bound) };
 }

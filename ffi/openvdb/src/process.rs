@@ -65,7 +65,9 @@ pub(crate) enum Failure {
     Stopped(&'static str),
     /// It took longer than `Job::wall`.
     Late,
-    /// The system killed it: its processor time or the machine's memory is used up.
+    /// Its processor time is used up.
+    OutOfTime,
+    /// The system killed it, most likely because the machine's memory is used up.
     Killed,
     /// A signal that a fault of its own raised.
     Crashed(String),
@@ -172,7 +174,8 @@ fn judge(trouble: Trouble, status: Option<ExitStatus>) -> Failure {
         }),
         (Trouble::Wire(WireError::TooMuch), _) => Failure::TooMuch,
         (Trouble::Wire(WireError::Memory), _) => Failure::Memory,
-        (Trouble::Wire(WireError::Io(_)), Some(libc::SIGXCPU | libc::SIGKILL)) => Failure::Killed,
+        (Trouble::Wire(WireError::Io(_)), Some(libc::SIGXCPU)) => Failure::OutOfTime,
+        (Trouble::Wire(WireError::Io(_)), Some(libc::SIGKILL)) => Failure::Killed,
         (Trouble::Wire(WireError::Io(_)), Some(signal)) => Failure::Crashed(signal_name(signal)),
         (Trouble::Wire(_), _) => Failure::Broken,
     }

@@ -28,7 +28,7 @@ pub(super) fn instance(
 ) -> Result<Option<Geometry>, Error> {
     match transform {
         MotionTransform::Fixed(affine) => {
-            // Embree inverts in f32; an inverse that is not finite would make rays of NaN.
+            // Embree inverts in f32; an inverse that is not finite would make rays of NaN. (Scenes with such are refused before.)
             if !affine.is_finite() || !affine.matrix3.determinant().recip().is_finite() {
                 return Ok(None);
             }

@@ -79,10 +79,18 @@ mod reading {
     use crate::medium::grid::field::{AnyGrid, ScalarGrid};
     use crate::medium::grid::map::{Frustum, IndexMap};
     use crate::medium::grid::sparse::{SparseGrid, TileOf, Voxel};
+    use crate::system::memory::available;
+
+    /// What the worker gets even where little memory is left: most of it is only reserved.
+    const LEAST_ADDRESS_SPACE: u64 = 2 << 30;
 
     /// Reads a file in the worker process.
     pub fn read(path: &Path) -> Result<Vec<VdbGrid>, SceneErrorKind> {
-        read_vdb(path, &Limits::default()).map_err(|error| match error {
+        let length = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
+        let (allowed, ..) = Limits::default().resolve(length);
+        // No more than is left; but libraries alone need address space.
+        let memory = available().map(|left| allowed.min(left.max(LEAST_ADDRESS_SPACE)));
+        read_vdb(path, &Limits { memory, ..Limits::default() }).map_err(|error| match error {
             VdbError::Limit { .. } => SceneErrorKind::Limit(error.to_string()),
             VdbError::Io { .. } | VdbError::Damaged { .. } => {
                 let text = error.to_string();

@@ -1,12 +1,14 @@
 //! Shapes, prototypes and instances in render space.
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::rc::Rc;
 
 use glam::{DAffine3, Vec3};
 
 use super::media::MediaBuilder;
+use crate::geometry::affine;
 use crate::geometry::build::{MAX_COORDINATE, ShapeBindings, build_shape};
 use crate::geometry::extent::union;
 use crate::geometry::{Geometry, Instance, MotionTransform, Prototype, ShapeId};
@@ -30,8 +32,11 @@ struct ObjectPart {
 /// Parts that one object may come to: objects that hold each other twice double them at every level.
 const MOST_PARTS: usize = 1 << 19;
 
-/// How often memory is looked at.
-const INSTANCES_BETWEEN_CHECKS: usize = 1 << 16;
+/// Determinants of instances' transforms whose inverses single precision holds.
+const DETERMINANTS: RangeInclusive<f64> = 1e-36..=1e36;
+
+/// Memory is looked at for more.
+const MANY_INSTANCES: usize = 1 << 16;
 
 /// Builds the geometry and gathers what it is bound to.
 pub(super) struct GeometryBuilder<'a> {
@@ -43,6 +48,8 @@ pub(super) struct GeometryBuilder<'a> {
     warnings: &'a mut Warnings,
     /// What was built.
     pub out: Geometry,
+    /// Where each instance was stated.
+    spans: Vec<Span>,
     /// The box of each prototype, `None` for empty ones.
     boxes: Vec<Option<(Vec3, Vec3)>>,
     /// The parts of objects, by object and whether they are built for instances that move.
@@ -63,8 +70,8 @@ impl<'a> GeometryBuilder<'a> {
         strict: bool,
         warnings: &'a mut Warnings,
     ) -> Self {
-        let (out, boxes, parts, emitters, invisible) = Default::default();
-        Self { scene, space, media, materials, strict, warnings, out, boxes, parts, emitters, invisible }
+        let (out, spans, boxes, parts, emitters, invisible) = Default::default();
+        Self { scene, space, media, materials, strict, warnings, out, spans, boxes, parts, emitters, invisible }
     }
 
     /// Builds all shapes and instances.
@@ -89,6 +96,27 @@ impl<'a> GeometryBuilder<'a> {
             }
             for part in parts.iter() {
                 self.place(part.prototype, &part.transform.after(&instance.transform), instance.span)?;
+            }
+        }
+        self.check_local_rays()
+    }
+
+    /// Refuses instances in whose space a ray of this scene could start beyond what tracers hold.
+    fn check_local_rays(&self) -> Result<(), RenderError> {
+        let (low, high) = self.out.bounds();
+        let reach = f64::from(low.abs().max(high.abs()).max_element());
+        for (instance, &span) in self.out.instances.iter().zip(&self.spans) {
+            for time in [0.0, 1.0] {
+                let transform = instance.transform.at(time);
+                let inverse = affine::linear(&transform).inverse().to_cols_array();
+                let largest = inverse.into_iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+                let farthest = reach + affine::translation(&transform).abs().max_element();
+                if !(largest * farthest.max(1.0) <= f64::from(MAX_COORDINATE)) {
+                    let what = format!(
+                        "an instance is so small in this scene that rays reach it from more than {MAX_COORDINATE:e} of its own units away"
+                    );
+                    return Err(SceneError::at(span, SceneErrorKind::Parameter(what)).into());
+                }
             }
         }
         Ok(())
@@ -171,6 +199,12 @@ impl<'a> GeometryBuilder<'a> {
                     .help("both transformations of a motion must be such that they can be inverted")
                     .into());
             };
+            // Each stretch keeps its sign, so only a change from one to the other passes a determinant of 0.
+            if start.stretch.determinant() * end.stretch.determinant() < 0.0 {
+                let what =
+                    "a motion turns a shape or instance inside out, and flattens it to nothing on the way".to_owned();
+                return Err(SceneError::at(span, SceneErrorKind::Parameter(what)).into());
+            }
             MotionTransform::Moving { start: Box::new(start), end: Box::new(end) }
         } else if start.matrix3.determinant() == 0.0 {
             self.warnings.add(Some(span), "an instance is flattened to nothing: it is left out");
@@ -178,18 +212,25 @@ impl<'a> GeometryBuilder<'a> {
         } else {
             MotionTransform::Fixed(as_f32(&start))
         };
+        let determinants = [0.0, 1.0].map(|time| affine::linear(&transform.at(time)).determinant().abs());
+        if !determinants.iter().all(|determinant| DETERMINANTS.contains(determinant)) {
+            let what = "an instance is shrunk or stretched beyond what rays can be followed into".to_owned();
+            return Err(SceneError::at(span, SceneErrorKind::Parameter(what)).into());
+        }
         let (low, high) = transform.bounds(low, high);
         if !(low.abs().max(high.abs()).max_element() <= MAX_COORDINATE) {
             let what = format!("an instance reaches beyond {MAX_COORDINATE:e} units");
             return Err(SceneError::at(span, SceneErrorKind::Parameter(what)).into());
         }
-        self.out.instances.push(Instance { prototype, transform });
-        let count = self.out.instances.len();
-        let needed = (3 * count * size_of::<Instance>()) as u64;
-        if count.is_multiple_of(INSTANCES_BETWEEN_CHECKS) && available().is_some_and(|left| left < needed) {
+        let (count, capacity) = (self.out.instances.len(), self.out.instances.capacity());
+        // A list that is full is copied to one twice as long.
+        let needed = (2 * capacity * size_of::<Instance>()) as u64;
+        if count == capacity && count > MANY_INSTANCES && available().is_some_and(|left| left < needed) {
             let what = format!("{count} instances fill the memory");
             return Err(SceneError::at(span, SceneErrorKind::Limit(what)).into());
         }
+        self.out.instances.push(Instance { prototype, transform });
+        self.spans.push(span);
         Ok(())
     }
 

@@ -8,7 +8,7 @@ use crate::medium::build::build_medium;
 use crate::medium::regions::Interface;
 use crate::medium::{Medium, MediumId};
 use crate::render::RenderError;
-use crate::scene::{MediumInterface, SceneDescription, SceneError, SceneErrorKind, Warnings};
+use crate::scene::{MediumEntity, MediumInterface, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
 /// The media that the scene uses, and the interfaces between them.
 pub(super) struct MediaBuilder {
@@ -39,12 +39,14 @@ impl MediaBuilder {
             .filter(|shape| materials.is_transmissive(MaterialId(shape.material.0)))
             .filter_map(|shape| shape.medium_interface.as_deref())
             .collect();
+        let by_name: HashMap<&str, &MediumEntity> =
+            scene.media.iter().map(|medium| (medium.name.as_str(), medium)).collect();
         let mut load = |name: &str, media: &mut Vec<Medium>, warnings: &mut Warnings| -> Result<_, RenderError> {
             if name.is_empty() {
                 return Ok(None);
             }
-            let key = scene.media.iter().rev().find(|medium| medium.name == name);
-            let entity = key
+            let entity = by_name
+                .get(name)
                 .ok_or_else(|| SceneError::new(SceneErrorKind::Undefined(format!("no medium is named \"{name}\""))))?;
             if let Some(id) = ids.get(entity.name.as_str()) {
                 return Ok(Some(*id));

@@ -83,7 +83,7 @@ pub fn build_world(
         camera_regions: Default::default(),
     };
     if world.has_media() {
-        world.camera_regions = camera_regions(&world, Vec3::ZERO, media.camera);
+        world.camera_regions = camera_regions(&world, Vec3::ZERO, media.camera, warnings);
     }
     Ok(world)
 }

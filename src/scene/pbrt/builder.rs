@@ -18,15 +18,18 @@ use crate::math::spectrum::RgbColorSpace;
 use crate::math::transform::Animated;
 use crate::scene::{
     Entity, LightEntity, MaterialEntity, ObjectEntity, Param, ParamSet, SceneDescription, SceneError, SceneErrorKind,
-    ShapeEntity, Span, Warnings,
+    Span, Warnings,
 };
 use crate::system::memory::available;
 
 /// The most attribute blocks within each other.
 const DEEPEST_NESTING: usize = 1 << 16;
 
-/// How often memory is looked at.
-const ENTITIES_BETWEEN_CHECKS: usize = 1 << 16;
+/// No memory is short for so few.
+const FEW_ENTITIES: usize = 1 << 16;
+
+/// Bytes on the heap of the parameters that shapes and lights have, or more.
+const PARAMETERS: usize = 256;
 
 /// Set in [`MaterialIndex`] while it still counts names: [`super::finish`] replaces it.
 pub const BY_NAME: u32 = 1 << 31;
@@ -114,8 +117,6 @@ pub struct Builder<'a, 'b> {
     /// `MediumInterface`s.
     pub(super) medium_references: References,
     area_lights: Vec<(Option<Entity>, u32)>,
-    /// Shapes, instances and lights so far.
-    entities: usize,
     pub(super) header: Header,
     pub(super) scene: SceneDescription,
 }
@@ -169,7 +170,6 @@ impl<'a, 'b> Builder<'a, 'b> {
             material_references: References::default(),
             medium_references: References::default(),
             area_lights: Vec::new(),
-            entities: 0,
             header: Header::default(),
             scene,
         }
@@ -309,7 +309,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::LightSource => {
                 let entity = self.entity("LightSource", span, Some("light"))?;
                 let medium = self.outside_medium();
-                self.count_entity(span)?;
+                room_for_more(&self.scene.lights, self.scene.lights.capacity(), PARAMETERS, span)?;
                 self.scene.lights.push(LightEntity { entity, transform: self.state.ctm.animated(), medium });
                 Ok(())
             }
@@ -489,24 +489,6 @@ impl<'a, 'b> Builder<'a, 'b> {
         Ok(())
     }
 
-    /// Counts a shape, instance or light, and refuses it where memory runs out: text that is included again and again costs the file
-    /// nothing and the memory much.
-    fn count_entity(&mut self, span: Span) -> Result<()> {
-        self.entities += 1;
-        if !self.entities.is_multiple_of(ENTITIES_BETWEEN_CHECKS) {
-            return Ok(());
-        }
-        // A list that grows is copied to one twice as long.
-        let needed = (3 * self.entities * size_of::<ShapeEntity>()) as u64;
-        match available() {
-            Some(left) if left < needed => {
-                let what = format!("the scene's {} shapes, instances and lights fill the memory", self.entities);
-                Err(SceneError::at(span, SceneErrorKind::Limit(what)))
-            }
-            _ => Ok(()),
-        }
-    }
-
     fn outside_medium(&self) -> String {
         self.state.medium_interface.as_ref().map(|m| m.outside.clone()).unwrap_or_default()
     }
@@ -555,6 +537,23 @@ impl<'a, 'b> Builder<'a, 'b> {
             self.push(Opened::Import, at)?;
         }
         self.reader.include(&path, at, import)
+    }
+}
+
+/// Refuses one more where `list` is about to grow beyond the memory that is left: text that is included again and again costs the file
+/// nothing and the memory much. Each of the list's `T` holds about `heap` bytes besides.
+fn room_for_more<T>(list: &[T], capacity: usize, heap: usize, span: Span) -> Result<()> {
+    if list.len() < capacity || list.len() < FEW_ENTITIES {
+        return Ok(());
+    }
+    // It is copied to one twice as long, which will then fill.
+    let needed = (capacity * (2 * size_of::<T>() + heap)) as u64;
+    match available() {
+        Some(left) if left < needed => {
+            let what = format!("the scene fills the memory with {} shapes, instances or lights", list.len());
+            Err(SceneError::at(span, SceneErrorKind::Limit(what)))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -37,7 +37,9 @@ pub enum Source {
 /// `File` where it cannot be read or unpacked, `Limit` where it is larger than [`LARGEST_FILE`] or looks made to
 /// explode.
 pub fn read_bytes(path: &Path, source: Source) -> Result<Vec<u8>> {
-    let largest = available().map_or(LARGEST_FILE, |left| LARGEST_FILE.min(left / 3));
+    // Once as bytes and once as what is made of them; a pipe's length is not known, so that its bytes grow by doubling.
+    let copies = if source == Source::Regular { 2 } else { 3 };
+    let largest = available().map_or(LARGEST_FILE, |left| LARGEST_FILE.min(left / copies));
     let raw = match source {
         Source::Regular => read_regular(path, largest),
         Source::Any if path.is_dir() => Err(std::io::Error::other("it is a folder")),
@@ -95,11 +97,16 @@ pub fn read_text(path: &Path, source: Source) -> Result<std::result::Result<Stri
     }))
 }
 
-/// The first byte that is not UTF-8 on a line without a `#` before it: comments may be in any encoding.
+/// The first byte that is not UTF-8 and does not stand behind a `#` on its line: comments may be in any encoding.
 fn first_bad_outside_comments(bytes: &[u8]) -> Option<usize> {
     let mut start = 0;
     for line in bytes.split_inclusive(|&b| b == b'\n') {
-        let comment = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
+        let mut quoted = false;
+        let is_comment = |&b: &u8| {
+            quoted ^= b == b'"';
+            b == b'#' && !quoted
+        };
+        let comment = line.iter().position(is_comment).unwrap_or(line.len());
         if let Err(error) = std::str::from_utf8(&line[..comment]) {
             return Some(start + error.valid_up_to());
         }

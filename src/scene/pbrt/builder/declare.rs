@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{BY_NAME, Builder, Opened, Result, syntax};
+use super::{BY_NAME, Builder, Opened, PARAMETERS, Result, room_for_more, syntax};
 use crate::scene::pbrt::directive::did_you_mean;
 use crate::scene::pbrt::lexer::TokenKind;
 use crate::scene::pbrt::state::CurrentMaterial;
@@ -88,7 +88,7 @@ impl Builder<'_, '_> {
             let error = SceneError::at(at, what);
             return Err(if known.is_empty() { error } else { error.help(did_you_mean(&name, &known)) });
         };
-        self.count_entity(span)?;
+        room_for_more(&self.scene.instances, self.scene.instances.capacity(), 0, span)?;
         let instance = InstanceEntity { object, transform: self.state.ctm.animated(), span };
         let Some(outer) = &mut self.object else {
             self.scene.instances.push(instance);
@@ -127,7 +127,8 @@ impl Builder<'_, '_> {
                 area_light = Some(*place);
             }
         }
-        self.count_entity(span)?;
+        let list = self.object.as_ref().map_or(&self.scene.shapes, |object| &object.shapes);
+        room_for_more(list, list.capacity(), PARAMETERS, span)?;
         let shape = ShapeEntity {
             entity,
             transform: self.state.ctm.animated(),
