@@ -1,5 +1,6 @@
-//! How many density look-ups a second one core does while it tracks through a fire: the integrator's own free flights
-//! (delta tracking, with emission) and transmittances (ratio tracking) along random chords of the grid's box.
+//! How many density look-ups a second one core does while it tracks through a fire: the integrator's own free flights (delta tracking)
+//! through its density alone (`flight`) and with its glow gathered at every collision (`glow`, where a file has a temperature), and
+//! transmittances (ratio tracking), along random chords of the grid's box.
 //!
 //!     cargo bench --bench volumes -- [--file FIRE.vdb] [--rays N] [--repetitions N] [--seed N] [--only KIND/DEPTH]
 //!
@@ -58,7 +59,7 @@ fn main() {
     let source = file.as_ref().map_or("a fire made on the spot".to_owned(), |path| path.display().to_string());
     println!("{}\nseed {seed}, {count} rays\n{source}", common::command());
 
-    let unit = build(file.as_deref(), 1.0);
+    let unit = build(file.as_deref(), 1.0, false);
     let (low, high) = unit.media[0].bounds().expect("a fire ends somewhere");
     println!("{}", unit.media[0].summary());
     let rays = chords(low, high, count, seed);
@@ -68,11 +69,14 @@ fn main() {
     let only = text_argument("only");
     let mut results = vec![];
     for depth in DEPTHS {
-        let world = build(file.as_deref(), depth / (densest * (high - low).max_element()));
-        for (kind, track) in [("flight", flight as Track), ("transmittance", through as Track)] {
-            if only.as_ref().is_some_and(|only| *only != format!("{kind}/{depth}")) {
+        let scale = depth / (densest * (high - low).max_element());
+        let kinds = [("flight", flight as Track, false), ("glow", flight, true), ("transmittance", through, false)];
+        for (kind, track, glows) in kinds {
+            let is_wanted = only.as_ref().is_none_or(|only| *only == format!("{kind}/{depth}"));
+            if !is_wanted || (glows && file.is_none()) {
                 continue;
             }
+            let world = build(file.as_deref(), scale, glows);
             let mut lookups = 0;
             let rates: Vec<f64> = (0..repetitions)
                 .map(|_| {
@@ -95,11 +99,12 @@ fn main() {
 }
 
 /// A world of nothing but the fire, which fills it from the camera on.
-fn build(file: Option<&Path>, scale: f32) -> World {
+fn build(file: Option<&Path>, scale: f32, glows: bool) -> World {
+    let glow = if glows { r#""string temperature" "temperature" "float temperaturescale" 1000"# } else { "" };
     let medium = match file {
         Some(path) => format!(
             r#"MakeNamedMedium "fire" "string type" "openvdb" "string filename" "{}" "string density" "density"
-               "string temperature" "temperature" "float temperaturescale" 1000 "float scale" {scale}"#,
+               {glow} "float scale" {scale}"#,
             std::path::absolute(path).expect("a path").display()
         ),
         None => made_up(scale),
