@@ -300,7 +300,17 @@ fn a_closed_error_output_keeps_nothing_alive() {
         assert!(start.elapsed() < Duration::from_secs(60), "it does not start");
         std::thread::sleep(Duration::from_millis(5));
     };
-    std::thread::sleep(Duration::from_millis(500));
+    // It listens once it catches SIGTERM.
+    let listens = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", number.trim())).unwrap_or_default();
+        let mask = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix("SigCgt:")?.trim(), 16).ok());
+        mask.is_some_and(|mask| mask >> 14 & 1 == 1)
+    };
+    while !listens() {
+        assert!(start.elapsed() < Duration::from_secs(60), "it does not listen");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(200));
     let kill =
         |signal: &str| std::process::Command::new("sh").args(["-c", &format!("kill -{signal} {number}")]).status();
     assert!(kill("TERM").expect("sh is there").success());
