@@ -306,6 +306,27 @@ fn nonsensical_media() {
     }
 }
 
+/// More media in one place than are followed: the image is wrong, and says so, behind boundaries and behind glass.
+#[test]
+fn too_many_media_in_one_place_are_told() {
+    let folder = Folder::new("overlap");
+    let mut faults = Faults::default();
+    let head = HEAD.replace("WorldBegin", "Integrator \"volpath\" \"integer maxdepth\" 200\nWorldBegin");
+    for material in ["\"interface\"", "\"dielectric\" \"float eta\" 1"] {
+        let shells: String = (0..40)
+            .map(|i| {
+                let radius = 1.0 - 0.001 * f64::from(i);
+                format!(
+                    "MakeNamedMedium \"m{i}\" \"string type\" \"homogeneous\" \"float scale\" 1e-3\nMediumInterface \"m{i}\" \"\"\n\
+                     Material {material}\nShape \"sphere\" \"float radius\" {radius}\n"
+                )
+            })
+            .collect();
+        folder.write("scene.pbrt", format!("{head}{shells}"));
+        faults.render(&folder, material, Warned("left one out"));
+    }
+}
+
 /// Names that name each other twice double at every level: textures, mixes, objects.
 #[test]
 fn what_doubles_at_every_level_is_bounded() {

@@ -78,6 +78,23 @@ fn a_tiny_bulb_far_away_keeps_its_light() {
     }
 }
 
+/// A lamp of radius 1 is the same however it is stated: by a huge disk made small or a tiny one made large.
+#[test]
+fn a_lamp_is_the_same_at_any_scale_of_its_own() {
+    for exponent in [-13, 0, 13] {
+        let (radius, scale) = (10f64.powi(-exponent), 10f64.powi(exponent));
+        let world = format!(
+            "AttributeBegin Translate 0 0 2 Scale {scale:e} {scale:e} {scale:e}
+             AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool twosided\" true
+             Shape \"disk\" \"float radius\" {radius:e} AttributeEnd
+             Material \"diffuse\" \"rgb reflectance\" [1 1 1] Shape \"disk\" \"float radius\" 9"
+        );
+        // Seen from beside the lamp; its form factor is r² / (r² + h²).
+        let shot = Shot { from: [5.0, 0.0, 1.5], to: [0.0; 3], fov: 0.001, depth: 1, ..Shot::default() };
+        shot.assert(&format!("scale 1e{exponent}"), &world, 1024, [0.2; 3], 2e-3);
+    }
+}
+
 /// What a mirror does to the side that a one-sided lamp shines to, it does to what is seen of it and to the light that it sheds alike.
 #[test]
 fn mirrored_lamps_shine_to_the_side_that_is_seen() {

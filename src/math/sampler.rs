@@ -197,6 +197,17 @@ mod tests {
         }
     }
 
+    /// A sequence is 2^16 points long: what follows is a sequence of its own, not that of another seed.
+    #[test]
+    fn long_renders_do_not_repeat_other_seeds() {
+        for k in 0..64 {
+            let after = point(5, [3, 4], (1 << SEQUENCE_BITS) + k).draw::<4>(1, Dimension::Light);
+            for (seed, sample) in [(5, k), (6, k), (4, k)] {
+                assert_ne!(after, point(seed, [3, 4], sample).draw::<4>(1, Dimension::Light), "seed {seed}");
+            }
+        }
+    }
+
     /// Correlation of what pixels far apart draw: 0 within its error. Pixels 256 apart share openqmc's own coordinates.
     #[test]
     fn pixels_far_apart_are_independent() {

@@ -203,3 +203,20 @@ fn grids_of_one_voxel_and_of_none_are_fine() {
     assert_eq!((segments.len(), segments[0].majorant, segments[0].t_end), (1, 0.0, 5.0));
     assert_eq!(none.bounds(), Some((Vec3::ZERO, Vec3::ZERO)));
 }
+
+/// Direct emission is met at collisions alone: where it is everywhere, by its offset or its background, so must they be.
+#[test]
+fn direct_emission_outside_the_stored_voxels_is_met() {
+    for (background, offset) in [(0.0, 0.5), (0.25, 0.0)] {
+        let density = SparseGrid::new(0.0, vec![IVec3::ZERO], vec![1.0; 512], vec![]);
+        let glow = SparseGrid::new(background, vec![IVec3::ZERO], vec![1.0; 512], vec![]);
+        let map = IndexMap::new(DAffine3::IDENTITY, None).expect("invertible");
+        let grid = AnyGrid::Scalar(ScalarGrid::Single(Arc::new(glow)));
+        let shape = EmissionShape::Grid(Field { grid, map, scale: 1.0, offset });
+        let emission = Some(Emission { radiance: Rgb::WHITE, shape, direct: true });
+        let medium = GridMedium::new(GridMediumParts { emission, ..parts(density, map) });
+        let far = Vec3::new(1000.0, 0.0, 0.0);
+        assert!(medium.point(far).emission[0] > 0.0 && medium.bounds().is_none());
+        assert!(medium.majorants(far, Vec3::X, 0.0, 10.0).all(|segment| segment.majorant > 0.0));
+    }
+}
