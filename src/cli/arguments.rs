@@ -61,6 +61,9 @@ pub struct RenderArguments {
     /// How a light is chosen.
     #[arg(long, value_enum, default_value_t = LightSelection::Auto)]
     pub lights: LightSelection,
+    /// From how many candidates, weighed with the BSDF, the light sample of a vertex is resampled; 1 for none.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub light_candidates: Option<u32>,
     /// Which library traces rays [default: embree where built in].
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,
@@ -137,6 +140,7 @@ impl RenderArguments {
             seed: self.seed,
             threads: self.threads.map(|n| n as usize),
             lights: self.lights,
+            light_candidates: self.light_candidates,
             backend: self.backend,
             max_depth: self.max_depth,
             film: FilmOverrides { resolution: self.resolution, crop: self.crop },

@@ -1,14 +1,17 @@
 //! Next-event estimation: one light chosen, one point on it, one shadow ray, weighed against BSDF or phase-function sampling by the
 //! balance heuristic. Source: Veach 1997, chapter 9; Miller et al. 2019 for media; pbrt-v4 section 14.2.2.
+//!
+//! The point may be resampled from several candidates, weighed with the BSDF or phase function and the cosine, before its ray is traced
+//! (Talbot, Cline, Egbert, "Importance Resampling for Global Illumination", EGSR 2005).
 
 use glam::Vec3;
 
 use super::flight::{MediumVertex, PathState, transmittance};
-use super::path::Scratch;
+use super::path::{PathSettings, Scratch};
 use super::world::World;
 use crate::geometry::{Ray, SurfacePoint};
-use crate::light::Receiver;
 use crate::light::selector::choice;
+use crate::light::{LightId, LightSample, Receiver};
 use crate::material::Bsdf;
 use crate::math::Rgb;
 use crate::math::robust::offset_ray_origin;
@@ -74,65 +77,159 @@ impl Vertex<'_> {
     }
 }
 
-/// The light that reaches `vertex` straight from the lights and leaves along `wo`, times the path's weight. Leaves the
-/// selector prepared for this vertex, so that the next hit can ask for the pmf of the light it meets.
-#[inline]
-pub fn sample_direct<const MEDIA: bool>(
-    world: &World,
-    vertex: &Vertex<'_>,
-    wo: Vec3,
-    time: f32,
-    path: &PathState,
-    (random, index): (&SamplePoint, u32),
-    scratch: &mut Scratch,
-) -> Rgb {
-    world.selector.prepare(&world.lights, &vertex.receiver(wo), &mut scratch.selector);
-    let [u_light, u0, u1, u_part] = random.draw::<4>(index, Dimension::Light);
-    let Some((light, pmf, u_part)) = world.selector.sample(choice(u_light, u_part), &scratch.selector) else {
-        return Rgb::BLACK;
-    };
-    let p = vertex.p();
-    let Some(sample) = world.lights.sample(&world.geometry, light, p, time, [u0, u1], u_part) else {
-        return Rgb::BLACK;
-    };
-    if sample.radiance.is_black() {
-        return Rgb::BLACK;
-    }
-    let (f, scatter_pdf) = vertex.scatter(wo, sample.wi);
-    if f.is_black() {
-        return Rgb::BLACK;
-    }
+/// Next-event estimation at one vertex.
+pub struct DirectLight<'a> {
+    /// The scene.
+    pub world: &'a World,
+    /// The path's rules.
+    pub settings: &'a PathSettings,
+    /// Where light is gathered.
+    pub vertex: Vertex<'a>,
+    /// Unit direction that it leaves in, back along the path.
+    pub wo: Vec3,
+    /// The path's time.
+    pub time: f32,
+    /// The path up to here.
+    pub path: &'a PathState,
+    /// The sample's random numbers.
+    pub random: &'a SamplePoint,
+    /// The vertex's number.
+    pub index: u32,
+}
 
-    let origin = vertex.ray_origin(sample.wi);
-    let (direction, t_max) = sample.segment(origin);
-    let ray = Ray { origin, direction, t_max, time, opacity_seed: random.hash(index, Dimension::Light) };
-    scratch.counters.shadow_rays += 1;
-    if world.tracer.occluded(&ray) {
-        scratch.counters.shadow_rays_blocked += 1;
-        return Rgb::BLACK;
-    }
-    let passed = if MEDIA {
-        let mut stream = random.stream(index, Dimension::Transmittance);
-        match vertex {
-            // Light from behind a surface that separates media arrives through the medium there.
-            Vertex::Surface { point, .. } if (sample.wi.dot(point.ng) < 0.0) != (wo.dot(point.ng) < 0.0) => {
-                let mut regions = path.regions.clone();
-                let fits = world.cross(&mut regions, point.shape, point.instance, sample.wi.dot(point.ng) < 0.0);
-                scratch.counters.region_overflows += u64::from(!fits);
-                transmittance(world, &ray, &regions, &mut stream, scratch)
+/// A point on a light, as one way to gather light at the vertex.
+struct Candidate {
+    light: LightId,
+    sample: LightSample,
+    /// Scattered share of radiance.
+    f: Rgb,
+    /// Pdf with which the vertex's own sampling takes this direction.
+    scatter_pdf: f32,
+    /// Pdf of the point, the choice of its light included.
+    light_pdf: f32,
+    /// What the candidate would add if nothing were in the way, MIS weight included: luminance over pdf. Above 0.
+    worth: f64,
+}
+
+impl DirectLight<'_> {
+    /// The light that reaches the vertex straight from the lights and leaves along `wo`, times the path's weight. Leaves the
+    /// selector prepared for this vertex, so that the next hit can ask for the pmf of the light it meets.
+    #[inline]
+    pub fn gather<const MEDIA: bool>(&self, scratch: &mut Scratch) -> Rgb {
+        let selector = &self.world.selector;
+        selector.prepare(&self.world.lights, &self.vertex.receiver(self.wo), &mut scratch.selector);
+        let mut gathered = Rgb::BLACK;
+        for draw in 0..selector.draws(&scratch.selector) {
+            if let Some((candidate, weight)) = self.choose(draw, scratch) {
+                gathered += self.connect::<MEDIA>(&candidate, scratch) * weight;
             }
-            _ => transmittance(world, &ray, &path.regions, &mut stream, scratch),
         }
-    } else {
-        Transmittance::CLEAR
-    };
+        gathered
+    }
 
-    let weight = &path.weight;
-    let light_pdf = weight.unidirectional * (pmf * sample.pdf);
-    let pdf = if sample.is_delta {
-        light_pdf
-    } else {
-        light_pdf + weight.unidirectional * passed.pass_probability * scatter_pdf
-    };
-    weight.throughput * f * passed.value * sample.radiance / pdf.mean()
+    /// The candidate of one draw, with its weight. Of several, one is resampled in proportion to its worth (Talbot et al. 2005, eq. 7):
+    /// then the weight is their mean worth over its own. The MIS weights are those of the candidates' own pdf, so they add up to 1
+    /// with those of BSDF sampling whatever resampling does.
+    #[inline]
+    fn choose(&self, draw: u32, scratch: &mut Scratch) -> Option<(Candidate, f32)> {
+        let count = self.settings.light_candidates;
+        let [u_light, u0, u1, u_part] = self.random.draw_nth::<4>(self.index, Dimension::Light, draw * count);
+        if count == 1 {
+            return Some((self.candidate(draw, [u0, u1], choice(u_light, u_part), scratch)?, 1.0));
+        }
+        // The candidates' lights are stratified among themselves.
+        let strata = 1.0 / f64::from(count);
+        let u_light = choice(u_light, u_part);
+        let [u_keep] = self.random.draw_nth::<1>(self.index, Dimension::Resample, draw);
+        let mut u_keep = f64::from(u_keep);
+        let mut kept: Option<Candidate> = None;
+        let mut total = 0.0;
+        for k in 0..count {
+            let [u0, u1] = if k == 0 {
+                [u0, u1]
+            } else {
+                self.random.draw_nth::<2>(self.index, Dimension::Light, draw * count + k)
+            };
+            let Some(candidate) = self.candidate(draw, [u0, u1], (u_light + f64::from(k)) * strata, scratch) else {
+                continue;
+            };
+            total += candidate.worth;
+            // Reservoir sampling; what is left of the number decides the next one.
+            let share = candidate.worth / total;
+            if u_keep < share || kept.is_none() {
+                u_keep /= share;
+                kept = Some(candidate);
+            } else {
+                u_keep = (u_keep - share) / (1.0 - share);
+            }
+        }
+        let kept = kept?;
+        let weight = total / (f64::from(count) * kept.worth);
+        Some((kept, weight as f32))
+    }
+
+    /// A light and a point on it, unless nothing can come from there.
+    #[inline]
+    fn candidate(&self, draw: u32, u: [f32; 2], u_light: f64, scratch: &mut Scratch) -> Option<Candidate> {
+        let world = self.world;
+        let (light, pmf, u_part) = world.selector.sample(draw, u_light, &scratch.selector)?;
+        let sample = world.lights.sample(&world.geometry, light, self.vertex.p(), self.time, u, u_part);
+        let Some(sample) = sample.filter(|sample| !sample.radiance.is_black()) else {
+            world.selector.record(light, false, &scratch.selector);
+            return None;
+        };
+        let (f, scatter_pdf) = self.vertex.scatter(self.wo, sample.wi);
+        if f.is_black() {
+            return None;
+        }
+        let light_pdf = pmf * sample.pdf;
+        let pdf = if sample.is_delta { light_pdf } else { light_pdf + scatter_pdf };
+        let worth = f64::from((f * sample.radiance).luminance()) / f64::from(pdf);
+        let worth = if worth > f64::MIN_POSITIVE { worth } else { f64::MIN_POSITIVE };
+        Some(Candidate { light, sample, f, scatter_pdf, light_pdf, worth })
+    }
+
+    /// What arrives from a candidate, by one shadow ray.
+    #[inline]
+    fn connect<const MEDIA: bool>(&self, candidate: &Candidate, scratch: &mut Scratch) -> Rgb {
+        let Self { world, ref vertex, path, random, index, .. } = *self;
+        let Candidate { light, sample, f, scatter_pdf, light_pdf, .. } = candidate;
+        let origin = vertex.ray_origin(sample.wi);
+        let (direction, t_max) = sample.segment(origin);
+        let opacity_seed = random.hash(index, Dimension::Light);
+        let ray = Ray { origin, direction, t_max, time: self.time, opacity_seed };
+        scratch.counters.shadow_rays += 1;
+        let is_blocked = world.tracer.occluded(&ray);
+        world.selector.record(*light, !is_blocked, &scratch.selector);
+        if is_blocked {
+            scratch.counters.shadow_rays_blocked += 1;
+            return Rgb::BLACK;
+        }
+        let passed = if MEDIA { self.transmittance(&ray, sample.wi, scratch) } else { Transmittance::CLEAR };
+
+        let weight = &path.weight;
+        let light_pdf = weight.unidirectional * *light_pdf;
+        let pdf = if sample.is_delta {
+            light_pdf
+        } else {
+            light_pdf + weight.unidirectional * passed.pass_probability * *scatter_pdf
+        };
+        weight.throughput * *f * passed.value * sample.radiance / pdf.mean()
+    }
+
+    /// The share of light that media leave on the way of a shadow ray that nothing blocks.
+    fn transmittance(&self, ray: &Ray, wi: Vec3, scratch: &mut Scratch) -> Transmittance {
+        let Self { world, wo, path, .. } = *self;
+        let mut stream = self.random.stream(self.index, Dimension::Transmittance);
+        match &self.vertex {
+            // Light from behind a surface that separates media arrives through the medium there.
+            Vertex::Surface { point, .. } if (wi.dot(point.ng) < 0.0) != (wo.dot(point.ng) < 0.0) => {
+                let mut regions = path.regions.clone();
+                let fits = world.cross(&mut regions, point.shape, point.instance, wi.dot(point.ng) < 0.0);
+                scratch.counters.region_overflows += u64::from(!fits);
+                transmittance(world, ray, &regions, &mut stream, scratch)
+            }
+            _ => transmittance(world, ray, &path.regions, &mut stream, scratch),
+        }
+    }
 }

@@ -5,7 +5,7 @@
 use glam::Vec3;
 
 use super::counters::Counters;
-use super::direct::{Vertex, sample_direct};
+use super::direct::{DirectLight, Vertex};
 use super::flight::{PathState, PathWeight, sample_flight};
 use super::world::World;
 use crate::film::SampleResult;
@@ -22,6 +22,8 @@ use crate::medium::regions::Regions;
 pub struct PathSettings {
     /// The largest number of bounces.
     pub max_depth: u32,
+    /// From how many candidates the light sample of a vertex is resampled; 1 for no resampling.
+    pub light_candidates: u32,
 }
 
 /// Memory that a thread reuses from path to path.
@@ -111,16 +113,18 @@ pub fn trace_path<const MEDIA: bool>(
                 scratch.counters.medium_vertices += 1;
                 layers.first.get_or_insert(FirstVertex::Medium);
                 let p = vertex.p;
-                let gathered = sample_direct::<MEDIA>(
+                let gathered_at = Vertex::Medium(&vertex);
+                let direct = DirectLight {
                     world,
-                    &Vertex::Medium(&vertex),
+                    settings,
+                    vertex: gathered_at,
                     wo,
-                    ray.time,
-                    &path,
-                    (random, index),
-                    scratch,
-                );
-                layers.add(gathered, depth, false);
+                    time: ray.time,
+                    path: &path,
+                    random,
+                    index,
+                };
+                layers.add(direct.gather::<MEDIA>(scratch), depth, false);
 
                 let [u0, u1, u_roulette] = random.draw::<3>(index, Dimension::Scatter);
                 let wi = vertex.phase.sample(wo, [u0, u1]);
@@ -185,8 +189,8 @@ pub fn trace_path<const MEDIA: bool>(
         let specular = bsdf.is_specular();
         if !specular {
             let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
-            let gathered = sample_direct::<MEDIA>(world, &vertex, wo, ray.time, &path, (random, index), scratch);
-            layers.add(gathered, depth, false);
+            let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path: &path, random, index };
+            layers.add(direct.gather::<MEDIA>(scratch), depth, false);
         }
 
         let [u_lobe, u0, u1, u_roulette] = random.draw::<4>(index, Dimension::Scatter);

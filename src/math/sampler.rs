@@ -42,6 +42,8 @@ pub enum Dimension {
     Opacity = 7,
     /// Random walks inside layered materials: seeds a stream.
     Layers = 8,
+    /// Choice among candidates for a light sample (1).
+    Resample = 9,
 }
 
 const DIMENSIONS_PER_VERTEX: u32 = 16;
@@ -75,6 +77,13 @@ impl SamplePoint {
     #[inline]
     pub fn draw<const N: usize>(&self, vertex: u32, dimension: Dimension) -> [f32; N] {
         self.root.new_domain(Self::address(vertex, dimension) as i32).draw_sample_f32::<N>()
+    }
+
+    /// As [`SamplePoint::draw`], for the draw number `n` of several with one purpose at one vertex; `n` = 0 is the same as `draw`.
+    #[inline]
+    pub fn draw_nth<const N: usize>(&self, vertex: u32, dimension: Dimension, n: u32) -> [f32; N] {
+        let domain = self.root.new_domain(Self::address(vertex, dimension) as i32);
+        if n == 0 { domain } else { domain.new_domain(n as i32) }.draw_sample_f32::<N>()
     }
 
     /// An unbounded stream of independent numbers that starts anew at this address.

@@ -139,7 +139,7 @@ impl Job {
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
         let plan = Plan::of(&world, &camera, memory::of_film(&film));
-        let path = PathSettings { max_depth };
+        let path = PathSettings { max_depth, light_candidates: settings.light_candidates.unwrap_or(1) };
         Ok(Self { world, camera, film, aovs: true, path, plan, timings, scene_spp, scene_seed, backend })
     }
 

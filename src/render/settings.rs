@@ -59,6 +59,8 @@ pub struct RenderSettings {
     pub threads: Option<usize>,
     /// How a light is chosen.
     pub lights: LightSelection,
+    /// From how many candidates the light sample of a vertex is resampled, at least 1 (no resampling); `None` for what suits the selector.
+    pub light_candidates: Option<u32>,
     /// Which library traces rays; `None` for Embree where it is built in.
     pub backend: Option<Backend>,
     /// Bounces; `None` for what the scene says.

@@ -1,5 +1,5 @@
-//! Choosing one light at a path vertex. Every way of choosing is a variant of [`LightSelector`] and answers the same three
-//! calls: `prepare` for a receiver, `sample`, and `pmf`. What a vertex needs lives in a [`SelectorScratch`] that each thread
+//! Choosing lights at a path vertex. Every way of choosing is a variant of [`LightSelector`] and answers the same calls: `prepare` for a
+//! receiver, `sample` for each of its `draws`, and `pmf`; one that learns is told by `record` what came of it. What a vertex needs lives in a [`SelectorScratch`] that each thread
 //! keeps, so nothing is allocated per vertex.
 
 pub mod optimal;
@@ -78,10 +78,21 @@ impl LightSelector {
         }
     }
 
-    /// A light, its probability, and a number in [0, 1) that is uniform given the light (for choosing a part of it). `u` in [0, 1)
+    /// How many lights to draw at the receiver last prepared: one, or more where a way of choosing finds that it pays.
+    #[inline]
+    pub fn draws(&self, _scratch: &SelectorScratch) -> u32 {
+        1
+    }
+
+    /// Tells what became of the shadow ray to a light drawn at the receiver last prepared.
+    #[inline]
+    pub fn record(&self, _id: LightId, _is_visible: bool, _scratch: &SelectorScratch) {}
+
+    /// The light of draw number `draw`, its probability, and a number in [0, 1) that is uniform given the light (for choosing a part of it). `u` in [0, 1)
     /// is f64 because millions of lights use up an f32's 24 bits: see [`choice`].
     #[inline]
-    pub fn sample(&self, u: f64, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
+    pub fn sample(&self, draw: u32, u: f64, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
+        debug_assert!(draw < self.draws(scratch));
         match self {
             Self::None => None,
             Self::Single(only) => Some((*only, 1.0, u)),
@@ -91,7 +102,7 @@ impl LightSelector {
         }
     }
 
-    /// The probability with which `sample` chooses `id` at the receiver last prepared.
+    /// How often the draws at the receiver last prepared are expected to choose `id`: a probability where there is one draw.
     #[inline]
     pub fn pmf(&self, id: LightId, scratch: &SelectorScratch) -> f32 {
         match self {

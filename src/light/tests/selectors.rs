@@ -53,7 +53,7 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
             let mut rest = Mean::default();
             for _ in 0..100_000 {
                 let u = selector::choice(stream.next_f32(), stream.next_f32());
-                let (id, pmf, left) = selector.sample(u, &scratch).expect("there are lights");
+                let (id, pmf, left) = selector.sample(0, u, &scratch).expect("there are lights");
                 assert_eq!(pmf, selector.pmf(id, &scratch));
                 assert!((0.0..1.0).contains(&left));
                 counts[id.0 as usize] += 1.0;
@@ -98,7 +98,7 @@ fn every_selector_gives_the_same_light() {
             let mut mean = Mean::default();
             for _ in 0..400_000 {
                 let u = selector::choice(part.next_f32(), part.next_f32());
-                let (id, pmf, left) = selector.sample(u, &scratch).expect("there are lights");
+                let (id, pmf, left) = selector.sample(0, u, &scratch).expect("there are lights");
                 mean.add(estimate(id, left) / f64::from(pmf));
             }
             let error = mean.error().hypot(variance.sqrt());
@@ -168,12 +168,12 @@ fn one_light_or_none_builds_nothing() {
     let mut warnings = Warnings::default();
     let scratch = SelectorScratch::default();
     let none = LightSelector::build(SelectorKind::Optimal, &lights, &mut warnings);
-    assert!(matches!(none, LightSelector::None) && none.sample(0.5, &scratch).is_none());
+    assert!(matches!(none, LightSelector::None) && none.sample(0, 0.5, &scratch).is_none());
     lights.add_point(PointLight { p: Vec3::ZERO, intensity: Rgb::BLACK });
     let only = lights.add_point(PointLight { p: Vec3::ZERO, intensity: Rgb::WHITE });
     for kind in KINDS {
         let single = LightSelector::build(kind, &lights, &mut warnings);
-        assert_eq!(single.sample(0.25, &scratch), Some((only, 1.0, 0.25)));
+        assert_eq!(single.sample(0, 0.25, &scratch), Some((only, 1.0, 0.25)));
         assert_eq!((single.memory(), single.pmf(only, &scratch), single.pmf(LightId(0), &scratch)), (0, 1.0, 0.0));
     }
     assert_eq!(warnings.list().len(), 1, "the dark light is named once");
@@ -201,7 +201,7 @@ fn millions_of_lights_stay_small() {
         lights.ids().for_each(|id| expected[id.0 as usize % 1009] += 2e6 * f64::from(selector.pmf(id, &scratch)));
         for _ in 0..2_000_000 {
             let u = selector::choice(stream.next_f32(), stream.next_f32());
-            let (id, ..) = selector.sample(u, &scratch).expect("there are lights");
+            let (id, ..) = selector.sample(0, u, &scratch).expect("there are lights");
             counts[id.0 as usize % 1009] += 1.0;
         }
         chi_squared(&counts, &expected, "a million lights");
