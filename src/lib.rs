@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod cache_points;
 pub mod cli;
 pub mod film;
 pub mod gallery;

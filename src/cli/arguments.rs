@@ -5,6 +5,9 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
+use crate::cache_points::CacheSettings;
+use crate::cache_points::gather::Gathering;
+use crate::cache_points::learn::VisibilityRule;
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
 use crate::render::{Budget, LightSelection, PngOutput, RenderSettings};
@@ -64,6 +67,21 @@ pub struct RenderArguments {
     /// From how many candidates, weighed with the BSDF, the light sample of a vertex is resampled; 1 for none.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub light_candidates: Option<u32>,
+    /// Whether and how cache points learn which lights are hidden.
+    #[arg(long, value_enum, default_value_t = VisibilityRule::Root, help_heading = "Cache points")]
+    pub cache_visibility: VisibilityRule,
+    /// How the lights of cache points are gathered.
+    #[arg(long, value_enum, default_value_t = Gathering::Hierarchy, help_heading = "Cache points")]
+    pub cache_gathering: Gathering,
+    /// Ignore surface normals when cache points are merged and looked up.
+    #[arg(long, help_heading = "Cache points")]
+    pub cache_no_normals: bool,
+    /// Give narrow beams no cache points of their own.
+    #[arg(long, help_heading = "Cache points")]
+    pub cache_no_beams: bool,
+    /// Candidates for cache points at most [default: a number that suits the image, up to 1.1 million].
+    #[arg(long, value_name = "N", help_heading = "Cache points")]
+    pub cache_candidates: Option<u32>,
     /// Which library traces rays [default: embree where built in].
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,
@@ -141,6 +159,13 @@ impl RenderArguments {
             threads: self.threads.map(|n| n as usize),
             lights: self.lights,
             light_candidates: self.light_candidates,
+            cache: CacheSettings {
+                gathering: self.cache_gathering,
+                visibility: self.cache_visibility,
+                normals: !self.cache_no_normals,
+                beams: !self.cache_no_beams,
+                candidates: self.cache_candidates,
+            },
             backend: self.backend,
             max_depth: self.max_depth,
             film: FilmOverrides { resolution: self.resolution, crop: self.crop },

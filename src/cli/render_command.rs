@@ -114,6 +114,8 @@ fn render(
         cpu_seconds: 0.0,
         peak_memory: 0,
         counters: outcome.counters,
+        iterations: outcome.iterations.clone(),
+        cache_points: job.world.light_choice.cache_points().map(|cache| cache.statistics().clone()),
         plan: job.plan.clone(),
         warnings: [warning_lines(warnings, sources), after_the_fact(&outcome)].concat(),
     };

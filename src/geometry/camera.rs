@@ -115,6 +115,11 @@ impl Camera {
         (open + u_time * (close - open)).clamp(0.0, 1.0)
     }
 
+    /// What a pixel in the middle of the image spans at distance 1.
+    pub fn pixel_angle(&self) -> f32 {
+        self.per_pixel.abs().max_element()
+    }
+
     /// Shutter opening and closing as normalised times; nothing moves outside 0..=1.
     pub fn shutter(&self) -> [f32; 2] {
         self.shutter

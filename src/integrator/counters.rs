@@ -24,6 +24,10 @@ pub struct Counters {
     pub surface_vertices: u64,
     /// Path vertices in media.
     pub medium_vertices: u64,
+    /// Look-ups of cache points.
+    pub cache_lookups: u64,
+    /// Vertices in media that used the cache point of the vertex before.
+    pub cache_reuses: u64,
     /// Regions that were not entered because too many overlap.
     pub region_overflows: u64,
 }

@@ -113,13 +113,16 @@ struct Candidate {
 
 impl DirectLight<'_> {
     /// The light that reaches the vertex straight from the lights and leaves along `wo`, times the path's weight. Leaves the
-    /// selector prepared for this vertex, so that the next hit can ask for the pmf of the light it meets.
+    /// choice prepared for this vertex, so that the next hit can ask for the pmf of the light it meets.
     #[inline]
     pub fn gather<const MEDIA: bool>(&self, scratch: &mut Scratch) -> Rgb {
-        let selector = &self.world.selector;
-        selector.prepare(&self.world.lights, &self.vertex.receiver(self.wo), &mut scratch.selector);
+        let choice = &self.world.light_choice;
+        choice.prepare(&self.world.lights, &self.vertex.receiver(self.wo), &mut scratch.lights);
+        let [lookups, reuses] = std::mem::take(&mut scratch.lights.cache.lookups);
+        scratch.counters.cache_lookups += lookups;
+        scratch.counters.cache_reuses += reuses;
         let mut gathered = Rgb::BLACK;
-        for draw in 0..selector.draws(&scratch.selector) {
+        for draw in 0..choice.draws(&scratch.lights) {
             if let Some((candidate, weight)) = self.choose(draw, scratch) {
                 gathered += self.connect::<MEDIA>(&candidate, scratch) * weight;
             }
@@ -172,10 +175,10 @@ impl DirectLight<'_> {
     #[inline]
     fn candidate(&self, draw: u32, u: [f32; 2], u_light: f64, scratch: &mut Scratch) -> Option<Candidate> {
         let world = self.world;
-        let (light, pmf, u_part) = world.selector.sample(draw, u_light, &scratch.selector)?;
+        let (light, pmf, u_part) = world.light_choice.sample(&world.lights, draw, u_light, &scratch.lights)?;
         let sample = world.lights.sample(&world.geometry, light, self.vertex.p(), self.time, u, u_part);
         let Some(sample) = sample.filter(|sample| !sample.radiance.is_black()) else {
-            world.selector.record(light, false, &scratch.selector);
+            world.light_choice.record(&world.lights, light, false, &scratch.lights);
             return None;
         };
         let (f, scatter_pdf) = self.vertex.scatter(self.wo, sample.wi);
@@ -200,7 +203,7 @@ impl DirectLight<'_> {
         let ray = Ray { origin, direction, t_max, time: self.time, opacity_seed };
         scratch.counters.shadow_rays += 1;
         let is_blocked = world.tracer.occluded(&ray);
-        world.selector.record(*light, !is_blocked, &scratch.selector);
+        world.light_choice.record(&world.lights, *light, !is_blocked, &scratch.lights);
         if is_blocked {
             scratch.counters.shadow_rays_blocked += 1;
             return Rgb::BLACK;

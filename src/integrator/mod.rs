@@ -3,9 +3,11 @@
 pub mod counters;
 pub mod direct;
 pub mod flight;
+pub mod light_choice;
 pub mod path;
 pub mod world;
 
 pub use counters::Counters;
+pub use light_choice::LightChoice;
 pub use path::{PathSettings, Scratch, trace_path};
 pub use world::World;

@@ -7,10 +7,10 @@ use glam::Vec3;
 use super::counters::Counters;
 use super::direct::{DirectLight, Vertex};
 use super::flight::{PathState, PathWeight, sample_flight};
+use super::light_choice::LightScratch;
 use super::world::World;
 use crate::film::SampleResult;
 use crate::geometry::{BoundaryCrossing, Ray, RayHit, SurfacePoint};
-use crate::light::selector::SelectorScratch;
 use crate::light::{EmitterHit, LightId};
 use crate::material::MaterialId;
 use crate::math::Rgb;
@@ -31,8 +31,8 @@ pub struct PathSettings {
 pub struct Scratch {
     /// Boundary crossings of the current ray.
     pub crossings: Vec<BoundaryCrossing>,
-    /// The selector's weights at the current vertex.
-    pub selector: SelectorScratch,
+    /// The lights' weights at the current vertex.
+    pub lights: LightScratch,
     /// What was done so far.
     pub counters: Counters,
 }
@@ -76,6 +76,7 @@ pub fn trace_path<const MEDIA: bool>(
     scratch: &mut Scratch,
 ) -> SampleResult {
     scratch.counters.paths += 1;
+    world.light_choice.begin_path(&mut scratch.lights);
     let mut layers = Layers { result: SampleResult { depth: f32::INFINITY, ..Default::default() }, first: None };
     let mut path = PathState {
         weight: PathWeight::START,
@@ -263,7 +264,7 @@ fn mis_weight(
     pdf: impl FnOnce() -> f32,
 ) -> Rgb {
     if sampled_from.is_some() {
-        path.weight.with_light(world.selector.pmf(light, &scratch.selector) * pdf())
+        path.weight.with_light(world.light_choice.pmf(&world.lights, light, &scratch.lights) * pdf())
     } else {
         path.weight.alone()
     }

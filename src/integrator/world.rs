@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::light_choice::LightChoice;
 use crate::geometry::{Geometry, InstanceId, ShapeId, Tracer};
 use crate::light::Lights;
-use crate::light::selector::LightSelector;
 use crate::material::Materials;
 use crate::medium::regions::{Interface, Regions};
 use crate::medium::{Medium, MediumId};
@@ -20,7 +20,7 @@ pub struct World {
     /// Lights.
     pub lights: Lights,
     /// How a light is chosen at a vertex.
-    pub selector: LightSelector,
+    pub light_choice: LightChoice,
     /// Media, by [`MediumId`]; empty for scenes without.
     pub media: Vec<Medium>,
     /// How many of them were read from OpenVDB files.

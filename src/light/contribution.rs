@@ -37,6 +37,18 @@ impl Lights {
     }
 }
 
+impl Lights {
+    /// The middle of a light that is somewhere; `None` for light from infinitely far away.
+    pub fn centre(&self, id: LightId) -> Option<Vec3> {
+        match self.get(id) {
+            LightRef::Area(light) => Some(light.bounds.centre),
+            LightRef::Point(light) => Some(light.p),
+            LightRef::Spot(light) => Some(light.p),
+            LightRef::Distant(_) | LightRef::Infinite(_) => None,
+        }
+    }
+}
+
 /// cos θ / d² for a point; a medium takes the cosine as 1.
 fn from_point(light: Vec3, receiver: &Receiver) -> f32 {
     let to_light = light - receiver.p();

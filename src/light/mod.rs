@@ -156,7 +156,7 @@ impl Lights {
     }
 
     /// All of them, in order.
-    pub fn ids(&self) -> impl ExactSizeIterator<Item = LightId> + use<> {
+    pub fn ids(&self) -> impl ExactSizeIterator<Item = LightId> + Clone + use<> {
         (0..self.len() as u32).map(LightId)
     }
 

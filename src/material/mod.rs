@@ -173,6 +173,12 @@ impl Materials {
         matches!(self.list[material.0 as usize], Material::Interface)
     }
 
+    /// Whether surfaces of `material` surely reflect and transmit nothing.
+    pub fn is_black(&self, material: MaterialId) -> bool {
+        let material = self.list[material.0 as usize];
+        matches!(material, Material::Diffuse { reflectance: RgbInput::Constant(colour) } if colour.is_black())
+    }
+
     /// Whether [`Materials::bsdf`] looks at its `u` for this material.
     #[inline]
     pub fn is_mix(&self, material: MaterialId) -> bool {

@@ -24,7 +24,7 @@ use crate::film::{Film, FilmSettings, PixelSamples};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
-use crate::integrator::{Counters, PathSettings, Scratch, World, trace_path};
+use crate::integrator::{Counters, LightChoice, PathSettings, Scratch, World, trace_path};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint};
 use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
@@ -32,6 +32,7 @@ use plan::Plan;
 use progress::Tracking;
 pub use progress::{Progress, ProgressState, Silent};
 pub use settings::{Budget, LightSelection, PngOutput, RenderSettings};
+use stats::Iteration;
 pub use timing::Timings;
 
 /// Why a render ended without an image.
@@ -99,6 +100,8 @@ pub struct Outcome {
     pub samples_per_pixel: u32,
     /// What was done.
     pub counters: Counters,
+    /// What was done in each iteration.
+    pub iterations: Vec<Iteration>,
     /// Whether it was stopped from outside.
     pub interrupted: bool,
 }
@@ -132,14 +135,22 @@ impl Job {
         let scene_seed = scene.sampler.params.integer("seed", scene.options.integer("seed", 0)?)? as u32;
         warn_about_engine(scene, warnings)?;
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
-        let world = build::build_world(scene, settings, backend, &mut timings, warnings)?;
+        let mut world = build::build_world(scene, settings, backend, &mut timings, warnings)?;
         for defaults in &scene.defaults {
             defaults.warn_unused(warnings);
         }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
-        let plan = Plan::of(&world, &camera, memory::of_film(&film));
         let path = PathSettings { max_depth, light_candidates: settings.light_candidates.unwrap_or(1) };
+        if matches!(world.light_choice, LightChoice::Pilot) {
+            let start = Instant::now();
+            let seed = settings.seed.unwrap_or(scene_seed);
+            let builder =
+                build::CacheBuilder { camera: &camera, film: &film, path: &path, seed, settings: settings.cache };
+            builder.build(&mut world, warnings);
+            timings.cache_points = start.elapsed().as_secs_f64();
+        }
+        let plan = Plan::of(&world, &camera, memory::of_film(&film));
         Ok(Self { world, camera, film, aovs: true, path, plan, timings, scene_spp, scene_seed, backend })
     }
 
@@ -149,6 +160,7 @@ impl Job {
         let start = Instant::now();
         let mut film = Film::new(self.film.clone(), self.aovs);
         let mut counters = Counters::default();
+        let mut iterations = vec![];
         let limit = match budget {
             Budget::Scene => self.scene_spp,
             Budget::Samples(spp) => spp,
@@ -169,11 +181,14 @@ impl Job {
                 pass = pass.min(affordable as u32);
             }
             let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking };
-            counters += context.run(&mut film);
+            let done_now = context.run(&mut film);
+            counters += done_now;
+            iterations.push(Iteration::new(pass, &done_now));
             if interrupt.load(Ordering::Relaxed) {
                 break;
             }
             done += pass;
+            self.world.light_choice.learn();
             let error = film.error_estimate();
             tracking.pass_ended(error);
             if let (Budget::Error(target), Some(error)) = (budget, error)
@@ -186,7 +201,7 @@ impl Job {
         progress.finish();
         self.timings.first_sample = tracking.first_tile();
         self.timings.render = start.elapsed().as_secs_f64();
-        Outcome { film, samples_per_pixel: done, counters, interrupted: interrupt.load(Ordering::Relaxed) }
+        Outcome { film, samples_per_pixel: done, counters, iterations, interrupted: interrupt.load(Ordering::Relaxed) }
     }
 }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::geometry::camera::Camera;
 use crate::geometry::{MotionTransform, Shape};
-use crate::integrator::World;
+use crate::integrator::{LightChoice, World};
 use crate::light::selector::LightSelector;
 use crate::medium::Medium;
 
@@ -61,12 +61,19 @@ impl Plan {
 
         let lights = &world.lights;
         plan.decide("lights", lights.len(), LIGHTS, lights.memory());
-        let (built, reason) = match &world.selector {
-            LightSelector::None => (false, "the scene has no lights".to_owned()),
-            LightSelector::Single(_) => (false, "there is one light: nothing to choose".to_owned()),
-            other => (true, format!("{} over {}", selector_name(other), counted(lights.len(), LIGHTS))),
+        let over = counted(lights.len(), LIGHTS);
+        let (built, reason) = match &world.light_choice {
+            LightChoice::Selector(LightSelector::None) => (false, "the scene has no lights".to_owned()),
+            LightChoice::Selector(LightSelector::Single(_)) => {
+                (false, "there is one light: nothing to choose".to_owned())
+            }
+            LightChoice::Selector(selector) => (true, format!("{} over {over}", selector_name(selector))),
+            LightChoice::CachePoints(cache) => {
+                (true, format!("{} cache points over {over}", cache.statistics().points))
+            }
+            LightChoice::Pilot => (true, format!("cache points over {over}")),
         };
-        plan.systems.push(System { name: "light selection", built, reason, bytes: world.selector.memory() });
+        plan.systems.push(System { name: "light selection", built, reason, bytes: world.light_choice.memory() });
         plan.built("film", "beauty, variance and layers".to_owned(), film_bytes);
         plan
     }

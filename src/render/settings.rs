@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::cache_points::CacheSettings;
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
 
@@ -22,7 +23,7 @@ pub enum Budget {
 
 /// How a light is chosen at a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum LightSelection {
     /// Whatever suits the number of lights.
     #[default]
@@ -33,6 +34,8 @@ pub enum LightSelection {
     Power,
     /// By the unoccluded contribution of every light at the vertex: slow and the best there is without visibility.
     Optimal,
+    /// By what the nearest of many points in space knows of the lights, visibility learned while rendering.
+    CachePoints,
 }
 
 /// Where a PNG goes.
@@ -59,6 +62,8 @@ pub struct RenderSettings {
     pub threads: Option<usize>,
     /// How a light is chosen.
     pub lights: LightSelection,
+    /// How cache points are made and used.
+    pub cache: CacheSettings,
     /// From how many candidates the light sample of a vertex is resampled, at least 1 (no resampling); `None` for what suits the selector.
     pub light_candidates: Option<u32>,
     /// Which library traces rays; `None` for Embree where it is built in.

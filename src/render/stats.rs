@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::plan::Plan;
 use super::timing::Timings;
+use crate::cache_points::CacheStatistics;
 use crate::integrator::Counters;
 
 /// Everything that a render reports about itself.
@@ -39,10 +40,33 @@ pub struct Statistics {
     pub peak_memory: u64,
     /// Rays, steps and vertices.
     pub counters: Counters,
+    /// What was done in each iteration over the image.
+    pub iterations: Vec<Iteration>,
+    /// How cache points were built, where they were.
+    pub cache_points: Option<CacheStatistics>,
     /// What was built, and why.
     pub plan: Plan,
     /// Warnings, one line each.
     pub warnings: Vec<String>,
+}
+
+/// One iteration over the image.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Iteration {
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Shadow rays.
+    pub shadow_rays: u64,
+    /// The share of them that was blocked: it falls as visibility is learned.
+    pub blocked: f64,
+}
+
+impl Iteration {
+    /// What `counters` of an iteration of `samples` a pixel come to.
+    pub fn new(samples: u32, counters: &Counters) -> Self {
+        let shadow_rays = counters.shadow_rays;
+        Self { samples, shadow_rays, blocked: counters.shadow_rays_blocked as f64 / shadow_rays.max(1) as f64 }
+    }
 }
 
 /// The process's processor seconds and largest resident memory so far, from `/proc`; zeros where that is missing.

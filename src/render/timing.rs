@@ -15,6 +15,8 @@ pub struct Timings {
     pub geometry_build: f64,
     /// Setting lights and their selection up.
     pub lights: f64,
+    /// Building cache points.
+    pub cache_points: f64,
     /// From the last of these to the first finished tile.
     pub first_sample: f64,
     /// Tracing.

@@ -1,5 +1,5 @@
 //! Choosing lights at a path vertex. Every way of choosing is a variant of [`LightSelector`] and answers the same calls: `prepare` for a
-//! receiver, `sample` for each of its `draws`, and `pmf`; one that learns is told by `record` what came of it. What a vertex needs lives in a [`SelectorScratch`] that each thread
+//! receiver, `sample` for each of its `draws`, and `pmf`. What a vertex needs lives in a [`SelectorScratch`] that each thread
 //! keeps, so nothing is allocated per vertex.
 
 pub mod optimal;
@@ -83,10 +83,6 @@ impl LightSelector {
     pub fn draws(&self, _scratch: &SelectorScratch) -> u32 {
         1
     }
-
-    /// Tells what became of the shadow ray to a light drawn at the receiver last prepared.
-    #[inline]
-    pub fn record(&self, _id: LightId, _is_visible: bool, _scratch: &SelectorScratch) {}
 
     /// The light of draw number `draw`, its probability, and a number in [0, 1) that is uniform given the light (for choosing a part of it). `u` in [0, 1)
     /// is f64 because millions of lights use up an f32's 24 bits: see [`choice`].

@@ -1,6 +1,7 @@
 //! From what the scene file says to the [`World`] that paths meet. Builds only what the scene needs: media that nothing refers
 //! to are not loaded, boundaries that separate nothing are left out, and so are lights that cannot emit.
 
+mod cache;
 mod geometry;
 mod media;
 
@@ -9,6 +10,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
+pub use self::cache::CacheBuilder;
 use self::geometry::GeometryBuilder;
 use self::media::MediaBuilder;
 use super::RenderError;
@@ -16,7 +18,7 @@ use super::regions::camera_regions;
 use super::settings::{LightSelection, RenderSettings};
 use super::timing::Timings;
 use crate::geometry::{Backend, Tracer};
-use crate::integrator::World;
+use crate::integrator::{LightChoice, World};
 use crate::light::Lights;
 use crate::light::selector::{LightSelector, SelectorKind};
 use crate::material::Materials;
@@ -69,7 +71,7 @@ pub fn build_world(
     if has_opacity {
         lights.set_opacity(materials.clone());
     }
-    let selector = build_selector(&lights, settings.lights, warnings);
+    let light_choice = light_choice(&lights, settings.lights, warnings);
     timings.lights = start.elapsed().as_secs_f64();
 
     let mut world = World {
@@ -77,7 +79,7 @@ pub fn build_world(
         tracer,
         materials,
         lights,
-        selector,
+        light_choice,
         media: media.media,
         volume_files: media.volume_files,
         interfaces: media.interfaces,
@@ -89,14 +91,18 @@ pub fn build_world(
     Ok(world)
 }
 
-/// The selector asked for; `auto` decides by the number of lights.
-fn build_selector(lights: &Lights, wanted: LightSelection, warnings: &mut Warnings) -> LightSelector {
+/// The way of choosing lights that was asked for; `auto` decides by their number. [`LightChoice::Pilot`] where cache points are to be
+/// built ([`CacheBuilder`]).
+fn light_choice(lights: &Lights, wanted: LightSelection, warnings: &mut Warnings) -> LightChoice {
+    let several = lights.ids().filter(|&id| !lights.is_dark(id)).nth(1).is_some();
     let kind = match wanted {
+        LightSelection::CachePoints if several => return LightChoice::Pilot,
+        LightSelection::Auto if several && lights.len() > OPTIMAL_UP_TO => return LightChoice::Pilot,
+        LightSelection::CachePoints => SelectorKind::Optimal,
         LightSelection::Uniform => SelectorKind::Uniform,
         LightSelection::Power => SelectorKind::Power,
         LightSelection::Optimal => SelectorKind::Optimal,
-        LightSelection::Auto if lights.len() <= OPTIMAL_UP_TO => SelectorKind::Optimal,
-        LightSelection::Auto => SelectorKind::Power,
+        LightSelection::Auto => SelectorKind::Optimal,
     };
-    LightSelector::build(kind, lights, warnings)
+    LightChoice::Selector(LightSelector::build(kind, lights, warnings))
 }

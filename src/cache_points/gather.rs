@@ -1,0 +1,187 @@
+//! Which lights matter at a point, near and far. Source: Li et al. 2024, section 3.1.3.
+//!
+//! The paper's way visits every light at every point and keeps, for each sensor, the fewest that hold 97 % of its energy ([`by_lists`]).
+//! **Ours** ([`by_hierarchy`]) goes down the light hierarchy, always into the node that matters most, until what has not been looked
+//! into holds less than 3 % of the energy. That rest is not left out: its nodes become entries as well, and are sampled through
+//! the hierarchy. So building is sublinear in lights, and every light belongs to exactly one entry.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use glam::Vec3;
+
+use super::hierarchy::{Cluster, Hierarchy};
+use super::table::{BINS, OMNIDIRECTIONAL};
+use crate::light::{LightId, LightRef, Lights, Receiver};
+
+/// The share of the energy that is looked into.
+pub const ENERGY: f32 = 0.97;
+/// Lights a sensor keeps at least and at most.
+pub const FEWEST: usize = 4;
+/// See [`FEWEST`].
+pub const MOST: usize = 256;
+/// A finite light is near within this many radii (the paper's D).
+pub const NEAR_RADII: f32 = 4.0;
+/// Near lights at most: they are evaluated at every vertex. The strongest are; the others count as far.
+pub const MOST_NEAR: usize = 64;
+
+/// How far lights are gathered.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Gathering {
+    /// The paper's: every light at every point, the fewest that hold 97 %.
+    Lists,
+    /// Down the light hierarchy, with nothing left out.
+    #[default]
+    Hierarchy,
+}
+
+/// The outward normals of the six planes.
+pub const PLANES: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+
+/// A place with the size of its surroundings.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Where.
+    pub p: Vec3,
+    /// How far around it what is gathered will be used.
+    pub radius: f32,
+}
+
+/// What was gathered, both lists in order.
+#[derive(Clone, Debug, Default)]
+pub struct Gathered {
+    /// Lights to be evaluated at the vertex.
+    pub near: Vec<Cluster>,
+    /// Lights and clusters that are summed up by sensors.
+    pub far: Vec<Cluster>,
+}
+
+/// A node that waits to be looked into, the one that matters most first.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    priority: f32,
+    energy: f32,
+    cluster: Cluster,
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Waiting {}
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.priority.total_cmp(&other.priority).then(other.cluster.key.cmp(&self.cluster.key))
+    }
+}
+
+/// Goes down the hierarchy at `place`; at most `most` entries (and one more).
+pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Place, most: usize) -> Gathered {
+    let receiver = Receiver::Medium { p: place.p };
+    let mut waiting: BinaryHeap<Waiting> = BinaryHeap::new();
+    let mut found: Vec<(f32, LightId, Cluster)> = vec![];
+    // Energy of single lights, and of clusters not looked into.
+    let (mut known, mut unknown) = (0.0f64, 0.0f64);
+    let mut open: Vec<Cluster> = hierarchy.roots().collect();
+    loop {
+        for cluster in open.drain(..) {
+            let energy = hierarchy.energy(lights, &cluster, &receiver);
+            if let Some(light) = hierarchy.light(&cluster) {
+                known += f64::from(energy);
+                found.push((energy, light, cluster));
+            } else {
+                unknown += f64::from(energy);
+                let priority = energy * hierarchy.spread(&cluster, place.p);
+                waiting.push(Waiting { priority, energy, cluster });
+            }
+        }
+        let entries = found.len() + waiting.len();
+        let enough = unknown <= f64::from(1.0 - ENERGY) * (known + unknown) && entries >= FEWEST;
+        if enough || entries >= most {
+            break;
+        }
+        let Some(next) = waiting.pop() else { break };
+        unknown = (unknown - f64::from(next.energy)).max(0.0);
+        open.extend(hierarchy.children(&next.cluster).into_iter().flatten());
+    }
+    let near = found.iter().filter(|(_, light, _)| is_near(lights, *light, place));
+    let near = strongest(near.map(|&(energy, _, cluster)| (energy, cluster)).collect());
+    let far = found.into_iter().map(|(.., cluster)| cluster).filter(|cluster| !contains(&near, cluster));
+    let mut far: Vec<Cluster> = far.chain(waiting.into_iter().map(|w| w.cluster)).collect();
+    far.sort_unstable_by_key(|cluster| cluster.key);
+    Gathered { near, far }
+}
+
+/// Visits every light: the near ones, and for each sensor the fewest far ones that hold 97 % of what it receives. A light that one
+/// sensor keeps counts for all of them.
+pub fn by_lists(hierarchy: &Hierarchy, lights: &Lights, leaves: &[(LightId, Cluster)], place: Place) -> Gathered {
+    let (near, mut far): (Vec<_>, Vec<_>) = leaves.iter().partition(|(light, _)| is_near(lights, *light, place));
+    let energy = |light| lights.contribution(light, &Receiver::Medium { p: place.p });
+    let near = strongest(near.into_iter().map(|&(light, cluster)| (energy(light), cluster)).collect());
+    far.extend(leaves.iter().filter(|(light, cluster)| is_near(lights, *light, place) && !contains(&near, cluster)));
+    let mut far: Vec<([f32; BINS], Cluster)> =
+        far.into_iter().map(|(_, cluster)| (sensors(hierarchy, lights, cluster, place.p), *cluster)).collect();
+    let mut kept: Vec<Cluster> = vec![];
+    for bin in 0..BINS {
+        far.sort_unstable_by(|a, b| b.0[bin].total_cmp(&a.0[bin]).then(a.1.key.cmp(&b.1.key)));
+        let total: f64 = far.iter().map(|(energy, _)| f64::from(energy[bin])).sum();
+        let mut sum = 0.0;
+        let needed = far.iter().position(|(energy, _)| {
+            sum += f64::from(energy[bin]);
+            sum >= f64::from(ENERGY) * total
+        });
+        let count = needed.map_or(far.len(), |k| k + 1).clamp(FEWEST, MOST).min(far.len());
+        kept.extend(far[..count].iter().map(|(_, cluster)| *cluster));
+    }
+    kept.sort_unstable_by_key(|cluster| cluster.key);
+    kept.dedup();
+    Gathered { near, far: kept }
+}
+
+/// The strongest near lights, in order of keys.
+fn strongest(mut near: Vec<(f32, Cluster)>) -> Vec<Cluster> {
+    near.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.key.cmp(&b.1.key)));
+    near.truncate(MOST_NEAR);
+    near.sort_unstable_by_key(|(_, cluster)| cluster.key);
+    near.into_iter().map(|(_, cluster)| cluster).collect()
+}
+
+fn contains(sorted: &[Cluster], cluster: &Cluster) -> bool {
+    sorted.binary_search_by_key(&cluster.key, |c| c.key).is_ok()
+}
+
+/// What each sensor at `p` receives of a cluster, unoccluded.
+pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec3) -> [f32; BINS] {
+    std::array::from_fn(|bin| {
+        let receiver = if bin == OMNIDIRECTIONAL {
+            Receiver::Medium { p }
+        } else {
+            Receiver::Surface { p, ns: PLANES[bin], two_sided: false }
+        };
+        hierarchy.energy(lights, cluster, &receiver)
+    })
+}
+
+/// Whether what a light gives changes too fast around a place for one value to stand for it: |x_e − x_p|² ≤ (r_p D)² (the paper's rule),
+/// **ours:** or the edge of a cone passes through.
+fn is_near(lights: &Lights, light: LightId, place: Place) -> bool {
+    let Some(centre) = lights.centre(light) else { return false };
+    let to_place = place.p - centre;
+    let square = to_place.length_squared();
+    if square <= (place.radius * NEAR_RADII).powi(2) {
+        return true;
+    }
+    let LightRef::Spot(spot) = lights.get(light) else { return false };
+    let distance = square.sqrt();
+    let (angle, spanned) =
+        ((to_place.dot(spot.axis) / distance).clamp(-1.0, 1.0).acos(), (place.radius / distance).asin());
+    let (start, end) = (spot.cos_start.acos(), spot.cos_end.acos());
+    angle - spanned < end && angle + spanned > start
+}

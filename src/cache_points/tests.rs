@@ -1,0 +1,238 @@
+//! The whole of it: probabilities against frequencies, sums of 1, what learning does to them, memory, and lights that strain numbers.
+
+use glam::Vec3;
+
+use super::seed::{Candidate, scatter_in_boxes};
+use super::*;
+use crate::light::selector::choice;
+use crate::light::{DistantLight, InfiniteLight, LightId, PointLight, SpotLight};
+use crate::math::Rgb;
+use crate::math::chi2::assert_counts;
+use crate::math::sampler::Stream;
+use crate::math::warp::uniform_sphere;
+
+/// `count` points of various power in a room of 10 units, a few spots, the sun and the sky.
+fn lights(count: usize, seed: u64) -> Lights {
+    let mut stream = Stream::from_seed(seed);
+    let mut place = || Vec3::from([(); 3].map(|()| 10.0 * stream.next_f32()));
+    let mut lights = Lights::default();
+    for i in 0..count {
+        let intensity = Rgb::splat(if i % 17 == 3 { 0.0 } else { 0.01 + (i % 7) as f32 });
+        lights.add_point(PointLight { p: place(), intensity });
+    }
+    for i in 0..count.min(5) {
+        let axis = (place() - Vec3::splat(5.0)).normalize();
+        let (cos_start, cos_end) = ([0.9999, 0.9, 0.0][i % 3], [0.9998, 0.8, -0.5][i % 3]);
+        lights.add_spot(SpotLight { p: place(), axis, intensity: Rgb::splat(30.0), cos_start, cos_end });
+    }
+    lights.add_distant(DistantLight { wi: Vec3::Y, irradiance: Rgb::splat(0.3) });
+    lights.add_infinite(InfiniteLight::Constant(Rgb::splat(0.05)));
+    lights.set_scene_bounds(Vec3::ZERO, Vec3::splat(10.0));
+    lights
+}
+
+fn candidates(count: usize) -> Vec<Candidate> {
+    let mut list = vec![];
+    scatter_in_boxes(&[(Vec3::ZERO, Vec3::splat(10.0))], count, &mut list);
+    // Some on a floor and a ceiling.
+    let mut stream = Stream::from_seed(77);
+    for i in 0..count {
+        let up = i % 2 == 0;
+        let p = Vec3::new(10.0 * stream.next_f32(), if up { 0.0 } else { 10.0 }, 10.0 * stream.next_f32());
+        list.push(Candidate { p, normal: if up { Vec3::Y } else { Vec3::NEG_Y } });
+    }
+    list
+}
+
+fn build(lights: &Lights, settings: CacheSettings) -> CachePoints {
+    CachePoints::build(lights, candidates(400), 1e-3, settings, Default::default()).expect("there are candidates")
+}
+
+fn settings(gathering: Gathering, visibility: VisibilityRule) -> CacheSettings {
+    CacheSettings { gathering, visibility, ..Default::default() }
+}
+
+const ALL: [(Gathering, VisibilityRule); 4] = [
+    (Gathering::Hierarchy, VisibilityRule::Root),
+    (Gathering::Hierarchy, VisibilityRule::Off),
+    (Gathering::Lists, VisibilityRule::Threshold),
+    (Gathering::Lists, VisibilityRule::Root),
+];
+
+fn receivers(count: usize, seed: u64) -> impl Iterator<Item = Receiver> {
+    let mut stream = Stream::from_seed(seed);
+    (0..count).map(move |i| {
+        let p = Vec3::from([(); 3].map(|()| 14.0 * stream.next_f32() - 2.0));
+        let ns = uniform_sphere([stream.next_f32(), stream.next_f32()]);
+        match i % 3 {
+            0 => Receiver::Medium { p },
+            k => Receiver::Surface { p, ns, two_sided: k == 2 },
+        }
+    })
+}
+
+/// Draws at random vertices and calls most of them failures.
+fn teach(cache: &mut CachePoints, lights: &Lights, passes: u32, success: impl Fn(LightId) -> bool) {
+    let mut scratch = CacheScratch::default();
+    for pass in 0..passes {
+        let mut stream = Stream::from_seed(u64::from(pass));
+        for receiver in receivers(300, u64::from(pass)) {
+            cache.prepare(lights, &receiver, &mut scratch);
+            let u = choice(stream.next_f32(), stream.next_f32());
+            let (id, ..) = cache.sample(lights, u, &scratch).expect("there are lights");
+            cache.record(lights, id, success(id), &scratch);
+        }
+        cache.learn();
+    }
+}
+
+#[test]
+fn probabilities_add_up_to_1() {
+    for (gathering, visibility) in ALL {
+        for count in [2, 40, 3000] {
+            let lights = lights(count, 1);
+            let mut cache = build(&lights, settings(gathering, visibility));
+            for passes in [0, 1, 20] {
+                teach(&mut cache, &lights, passes, |id| id.0 % 3 == 0);
+                let mut scratch = CacheScratch::default();
+                for receiver in receivers(300, 9) {
+                    scratch.begin_path();
+                    cache.prepare(&lights, &receiver, &mut scratch);
+                    let sum: f64 = lights.ids().map(|id| f64::from(cache.pmf(&lights, id, &scratch))).sum();
+                    assert!((sum - 1.0).abs() < 2e-5, "{gathering:?} {visibility:?} {count} lights: {sum}");
+                    assert_eq!(cache.pmf(&lights, LightId(3), &scratch) == 0.0, count > 3, "the dark light");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn lights_are_chosen_as_often_as_their_probability_says() {
+    for (k, (gathering, visibility)) in ALL.into_iter().enumerate() {
+        let lights = lights(60, 2);
+        let mut cache = build(&lights, settings(gathering, visibility));
+        teach(&mut cache, &lights, 3, |id| id.0 % 2 == 0);
+        let mut scratch = CacheScratch::default();
+        for (r, receiver) in receivers(6, 5).enumerate() {
+            scratch.begin_path();
+            cache.prepare(&lights, &receiver, &mut scratch);
+            let mut stream = Stream::from_seed((10 * k + r) as u64);
+            let mut counts = vec![0.0; lights.len()];
+            let mut rest = crate::math::chi2::Moments::default();
+            for _ in 0..50_000 {
+                let u = choice(stream.next_f32(), stream.next_f32());
+                let (id, pmf, left) = cache.sample(&lights, u, &scratch).expect("there are lights");
+                assert!(pmf > 0.0 && pmf == cache.pmf(&lights, id, &scratch));
+                assert!((0.0..1.0).contains(&left));
+                counts[id.0 as usize] += 1.0;
+                rest.add(left);
+            }
+            rest.assert_mean("what is left of u", 0.5);
+            let pmf = |id| 5e4 * f64::from(cache.pmf(&lights, id, &scratch));
+            let expected: Vec<f64> = lights.ids().map(pmf).collect();
+            assert_counts(&format!("{gathering:?} {visibility:?} at {r}"), &counts, &expected);
+        }
+    }
+}
+
+#[test]
+fn every_light_stays_within_reach() {
+    let lights = lights(500, 3);
+    for (gathering, visibility) in ALL {
+        let mut cache = build(&lights, settings(gathering, visibility));
+        teach(&mut cache, &lights, 100, |_| false);
+        let mut scratch = CacheScratch::default();
+        for receiver in receivers(100, 4) {
+            cache.prepare(&lights, &receiver, &mut scratch);
+            for id in lights.ids().filter(|&id| !lights.is_dark(id)) {
+                assert!(cache.pmf(&lights, id, &scratch) > 1e-6, "{id:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_never_arrives_is_chosen_less() {
+    let lights = lights(50, 4);
+    for visibility in [VisibilityRule::Threshold, VisibilityRule::Root] {
+        let mut cache = build(&lights, settings(Gathering::Hierarchy, visibility));
+        let share = |cache: &CachePoints| {
+            let mut scratch = CacheScratch::default();
+            let hidden = |receiver| {
+                cache.prepare(&lights, &receiver, &mut scratch);
+                lights
+                    .ids()
+                    .filter(|id| id.0 % 2 == 1)
+                    .map(|id| f64::from(cache.pmf(&lights, id, &scratch)))
+                    .sum::<f64>()
+            };
+            receivers(200, 6).map(hidden).sum::<f64>() / 200.0
+        };
+        let before = share(&cache);
+        teach(&mut cache, &lights, 400, |id| id.0 % 2 == 0);
+        let after = share(&cache);
+        assert!(after < 0.5 * before, "{visibility:?}: {before} {after}");
+    }
+}
+
+/// Lights of 1e-12 to 1e12 W, several in one place, one where it is received; places with no light at all.
+#[test]
+fn extremes_stay_finite() {
+    let mut lights = Lights::default();
+    for i in 0..25 {
+        let p = Vec3::splat(if i % 5 == 0 { 5.0 } else { i as f32 * 0.4 });
+        lights.add_point(PointLight { p, intensity: Rgb::splat(10f32.powi(i - 12)) });
+    }
+    lights.add_point(PointLight { p: Vec3::splat(1e17), intensity: Rgb::WHITE });
+    for (gathering, visibility) in ALL {
+        let mut cache = build(&lights, settings(gathering, visibility));
+        teach(&mut cache, &lights, 2, |_| true);
+        let mut scratch = CacheScratch::default();
+        let there = [Receiver::Medium { p: Vec3::splat(5.0) }, Receiver::Medium { p: Vec3::splat(1e18) }];
+        for receiver in receivers(50, 8).chain(there) {
+            cache.prepare(&lights, &receiver, &mut scratch);
+            let sum: f64 = lights.ids().map(|id| f64::from(cache.pmf(&lights, id, &scratch))).sum();
+            assert!((sum - 1.0).abs() < 1e-4, "{sum} at {receiver:?}");
+        }
+    }
+}
+
+#[test]
+fn few_candidates_make_no_cache() {
+    let list = candidates(4);
+    assert!(CachePoints::build(&lights(5, 1), list, 1e-3, CacheSettings::default(), Default::default()).is_none());
+}
+
+#[test]
+fn threads_do_not_matter() {
+    let lights = lights(300, 5);
+    let positions = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let cache = build(&lights, CacheSettings::default());
+            (cache.points().collect::<Vec<_>>(), cache.far.sums, cache.near.clusters)
+        })
+    };
+    assert_eq!(positions(1), positions(3));
+}
+
+#[test]
+fn a_scene_may_be_scaled() {
+    let scaled = |scale: f32| {
+        let mut lights = Lights::default();
+        let mut stream = Stream::from_seed(3);
+        for _ in 0..200 {
+            let p = Vec3::from([(); 3].map(|()| 8.0 * stream.next_f32()));
+            lights.add_point(PointLight { p: p * scale, intensity: Rgb::splat(scale * scale) });
+        }
+        let list = candidates(400).into_iter().map(|c| Candidate { p: c.p * scale, ..c }).collect();
+        CachePoints::build(&lights, list, 1e-3, CacheSettings::default(), Default::default()).expect("candidates")
+    };
+    // A power of two changes no digit.
+    let (one, tiny, huge) = (scaled(1.0), scaled(2f32.powi(-40)), scaled(2f32.powi(40)));
+    assert_eq!(one.near.clusters, tiny.near.clusters);
+    assert_eq!(one.near.clusters, huge.near.clusters);
+    assert_eq!(one.far.clusters, tiny.far.clusters);
+    assert_eq!(one.far.clusters, huge.far.clusters);
+}

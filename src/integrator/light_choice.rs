@@ -1,0 +1,109 @@
+//! How the path chooses lights at its vertices: by a selector that knows the lights alone, or by cache points that have learned what
+//! arrives. Also how pilot paths are recorded: they choose no light, and what a choice would have been made for is kept.
+
+use crate::cache_points::{CachePoints, CacheScratch};
+use crate::light::selector::{LightSelector, SelectorScratch};
+use crate::light::{LightId, Lights, Receiver};
+
+/// A way of choosing.
+#[derive(Debug)]
+pub enum LightChoice {
+    /// By the lights alone.
+    Selector(LightSelector),
+    /// By the nearest cache point.
+    CachePoints(Box<CachePoints>),
+    /// None: paths only record where they would choose.
+    Pilot,
+}
+
+/// What is worked out at a vertex. One per thread, reused.
+#[derive(Clone, Debug, Default)]
+pub struct LightScratch {
+    selector: SelectorScratch,
+    /// Of cache points.
+    pub cache: CacheScratch,
+    /// Vertices of pilot paths.
+    pub pilots: Vec<Receiver>,
+}
+
+impl LightChoice {
+    /// A new path begins.
+    #[inline]
+    pub fn begin_path(&self, scratch: &mut LightScratch) {
+        scratch.cache.begin_path();
+    }
+
+    /// Works out what the other calls need at `receiver`.
+    #[inline]
+    pub fn prepare(&self, lights: &Lights, receiver: &Receiver, scratch: &mut LightScratch) {
+        match self {
+            Self::Selector(selector) => selector.prepare(lights, receiver, &mut scratch.selector),
+            Self::CachePoints(cache) => cache.prepare(lights, receiver, &mut scratch.cache),
+            Self::Pilot => scratch.pilots.push(*receiver),
+        }
+    }
+
+    /// How many lights to draw at the receiver last prepared.
+    #[inline]
+    pub fn draws(&self, scratch: &LightScratch) -> u32 {
+        match self {
+            Self::Selector(selector) => selector.draws(&scratch.selector),
+            Self::CachePoints(_) => 1,
+            Self::Pilot => 0,
+        }
+    }
+
+    /// The light of draw number `draw`, its probability, and a number in [0, 1) that is uniform given the light.
+    #[inline]
+    pub fn sample(&self, lights: &Lights, draw: u32, u: f64, scratch: &LightScratch) -> Option<(LightId, f32, f64)> {
+        match self {
+            Self::Selector(selector) => selector.sample(draw, u, &scratch.selector),
+            Self::CachePoints(cache) => cache.sample(lights, u, &scratch.cache),
+            Self::Pilot => None,
+        }
+    }
+
+    /// How often the draws at the receiver last prepared are expected to choose `id`.
+    #[inline]
+    pub fn pmf(&self, lights: &Lights, id: LightId, scratch: &LightScratch) -> f32 {
+        match self {
+            Self::Selector(selector) => selector.pmf(id, &scratch.selector),
+            Self::CachePoints(cache) => cache.pmf(lights, id, &scratch.cache),
+            Self::Pilot => 0.0,
+        }
+    }
+
+    /// Tells what became of the shadow ray to a light drawn at the receiver last prepared.
+    #[inline]
+    pub fn record(&self, lights: &Lights, id: LightId, is_visible: bool, scratch: &LightScratch) {
+        if let Self::CachePoints(cache) = self {
+            cache.record(lights, id, is_visible, &scratch.cache);
+        }
+    }
+
+    /// An iteration is over: takes over what was learned.
+    pub fn learn(&mut self) {
+        if let Self::CachePoints(cache) = self
+            && cache.learns()
+        {
+            cache.learn();
+        }
+    }
+
+    /// The cache points, where they choose.
+    pub fn cache_points(&self) -> Option<&CachePoints> {
+        match self {
+            Self::CachePoints(cache) => Some(cache),
+            _ => None,
+        }
+    }
+
+    /// Bytes held on the heap.
+    pub fn memory(&self) -> usize {
+        match self {
+            Self::Selector(selector) => selector.memory(),
+            Self::CachePoints(cache) => cache.memory(),
+            Self::Pilot => 0,
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Cache points for a world: candidates from the boxes of its objects, from pilot paths and along beams.
+
+use std::time::Instant;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use crate::cache_points::seed::{Candidate, MOST_IN_BOXES, MOST_PILOTS, along_beams, scatter_in_boxes};
+use crate::cache_points::{CachePoints, CacheSettings, CacheStatistics};
+use crate::film::FilmSettings;
+use crate::geometry::camera::Camera;
+use crate::geometry::{Geometry, ShapeId};
+use crate::integrator::{LightChoice, PathSettings, Scratch, World, trace_path};
+use crate::light::selector::{LightSelector, SelectorKind};
+use crate::material::{MaterialId, Materials};
+use crate::math::sampler::{Dimension, SampleId, SamplePoint};
+use crate::scene::Warnings;
+
+/// Pixels for each pilot path. So pilots cost an eighth of a sample a pixel.
+const PIXELS_PER_PILOT: usize = 8;
+/// Pilot paths at least, and candidates in boxes at least: small images have scenes as large as any.
+const FEWEST_PILOTS: usize = 4096;
+const FEWEST_IN_BOXES: usize = 8192;
+/// Pilot paths are samples of a render of another seed.
+const PILOT_SEED: u32 = 0x9e37_79b9;
+
+/// What building cache points takes besides the world.
+pub struct CacheBuilder<'a> {
+    pub camera: &'a Camera,
+    pub film: &'a FilmSettings,
+    pub path: &'a PathSettings,
+    pub seed: u32,
+    pub settings: CacheSettings,
+}
+
+impl CacheBuilder<'_> {
+    /// Lets `world`, whose choice must be [`LightChoice::Pilot`], choose its lights by cache points; by asking every light where there are
+    /// too few candidates for points.
+    pub fn build(&self, world: &mut World, warnings: &mut Warnings) {
+        let start = Instant::now();
+        let mut statistics = CacheStatistics::default();
+        let mut candidates = self.pilots(world);
+        statistics.pilots = candidates.len();
+        if self.settings.beams && world.has_media() {
+            along_beams(&world.lights, world.geometry.bounds(), &mut candidates);
+            statistics.in_beams = candidates.len() - statistics.pilots;
+        }
+        let boxes = receiving_boxes(&world.geometry, &world.materials, world);
+        let before = candidates.len();
+        scatter_in_boxes(&boxes, self.in_boxes(before), &mut candidates);
+        statistics.in_boxes = candidates.len() - before;
+        statistics.seconds.seed = start.elapsed().as_secs_f64();
+
+        let pixel = self.camera.pixel_angle();
+        let cache = CachePoints::build(&world.lights, candidates, pixel, self.settings, statistics);
+        world.light_choice = match cache {
+            Some(cache) => LightChoice::CachePoints(Box::new(cache)),
+            None => {
+                warnings.add(None, "too few places for cache points: every vertex asks every light");
+                LightChoice::Selector(LightSelector::build(SelectorKind::Optimal, &world.lights, warnings))
+            }
+        };
+    }
+
+    fn in_boxes(&self, others: usize) -> usize {
+        let suits = (self.film.bounds.area() / 2).clamp(FEWEST_IN_BOXES, MOST_IN_BOXES);
+        self.settings.candidates.map_or(suits, |most| suits.min((most as usize).saturating_sub(others)))
+    }
+
+    /// The vertices of pilot paths, spread evenly over the image.
+    fn pilots(&self, world: &World) -> Vec<Candidate> {
+        let bounds = self.film.bounds;
+        let pixels: Vec<[u32; 2]> = bounds.pixels().collect();
+        let paths = (pixels.len() / PIXELS_PER_PILOT).max(FEWEST_PILOTS);
+        let vertices: Vec<Vec<Candidate>> = (0..paths)
+            .into_par_iter()
+            .map_init(Scratch::default, |scratch, k| {
+                let pixel = pixels[(k as u64 * pixels.len() as u64 / paths as u64) as usize];
+                scratch.lights.pilots.clear();
+                self.pilot(world, pixel, k as u32, scratch);
+                scratch.lights.pilots.iter().map(Candidate::at).collect()
+            })
+            .collect();
+        let most = self.settings.candidates.map_or(MOST_PILOTS, |n| (n as usize).min(MOST_PILOTS));
+        thinned(vertices.concat(), most)
+    }
+
+    fn pilot(&self, world: &World, pixel: [u32; 2], sample: u32, scratch: &mut Scratch) {
+        let random = SamplePoint::new(SampleId { seed: self.seed ^ PILOT_SEED, pixel, sample });
+        let [jitter_x, jitter_y, lens_u, lens_v] = random.draw::<4>(0, Dimension::Camera);
+        let [u_time] = random.draw::<1>(0, Dimension::Time);
+        let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
+        let position = corner + Vec2::splat(0.5) + self.film.filter.sample([jitter_x, jitter_y]);
+        let ray = self.camera.ray(position, [lens_u, lens_v], u_time);
+        if world.has_media() {
+            trace_path::<true>(world, self.path, ray, &random, scratch);
+        } else {
+            trace_path::<false>(world, self.path, ray, &random, scratch);
+        }
+    }
+}
+
+/// Evenly chosen ones where there are more than `most`.
+fn thinned(list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
+    if list.len() <= most {
+        return list;
+    }
+    (0..most).map(|k| list[(k as u64 * list.len() as u64 / most as u64) as usize]).collect()
+}
+
+/// The boxes of everything that light may be gathered in or on: not of pure emitters, nor of surfaces that reflect nothing.
+fn receiving_boxes(geometry: &Geometry, materials: &Materials, world: &World) -> Vec<(Vec3, Vec3)> {
+    let receives = |id: &ShapeId| {
+        let shape = &geometry.shapes[id.0 as usize];
+        if shape.is_boundary {
+            world.transition(*id).is_some()
+        } else {
+            !materials.is_black(MaterialId(shape.material))
+        }
+    };
+    let of_shapes = |ids: &[ShapeId]| -> Vec<(Vec3, Vec3)> {
+        ids.iter().filter(|id| receives(id)).filter_map(|&id| geometry.shape_bounds(id)).collect()
+    };
+    let mut boxes = of_shapes(&geometry.top_level);
+    let prototypes: Vec<_> = geometry
+        .prototypes
+        .iter()
+        .map(|prototype| of_shapes(&prototype.shapes).into_iter().reduce(crate::geometry::extent::union))
+        .collect();
+    boxes.extend(geometry.instances.iter().filter_map(|instance| {
+        let (low, high) = prototypes[instance.prototype as usize]?;
+        Some(instance.transform.bounds(low, high))
+    }));
+    boxes
+}
