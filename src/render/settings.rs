@@ -33,6 +33,8 @@ pub enum LightSelection {
     Power,
     /// By the unoccluded contribution of every light at the vertex: slow and the best there is without visibility.
     Optimal,
+    /// By a hierarchy over the lights: each choice in the time of a few dozen lights, however many there are.
+    Tree,
 }
 
 /// Where a PNG goes.
@@ -59,6 +61,8 @@ pub struct RenderSettings {
     pub threads: Option<usize>,
     /// How a light is chosen.
     pub lights: LightSelection,
+    /// How readily [`LightSelection::Tree`] draws several lights at a vertex, 0 (never) to 1 (all); `None` for its default.
+    pub splitting: Option<f32>,
     /// From how many candidates the light sample of a vertex is resampled, at least 1 (no resampling); `None` for what suits the selector.
     pub light_candidates: Option<u32>,
     /// Which library traces rays; `None` for Embree where it is built in.

@@ -18,6 +18,7 @@ use super::timing::Timings;
 use crate::geometry::{Backend, Tracer};
 use crate::integrator::World;
 use crate::light::Lights;
+use crate::light::selector::tree::DEFAULT_SPLITTING;
 use crate::light::selector::{LightSelector, SelectorKind};
 use crate::material::Materials;
 use crate::math::transform::RenderSpace;
@@ -69,7 +70,7 @@ pub fn build_world(
     if has_opacity {
         lights.set_opacity(materials.clone());
     }
-    let selector = build_selector(&lights, settings.lights, warnings);
+    let selector = build_selector(&lights, settings, warnings);
     timings.lights = start.elapsed().as_secs_f64();
 
     let mut world = World {
@@ -90,13 +91,14 @@ pub fn build_world(
 }
 
 /// The selector asked for; `auto` decides by the number of lights.
-fn build_selector(lights: &Lights, wanted: LightSelection, warnings: &mut Warnings) -> LightSelector {
-    let kind = match wanted {
+fn build_selector(lights: &Lights, settings: &RenderSettings, warnings: &mut Warnings) -> LightSelector {
+    let kind = match settings.lights {
         LightSelection::Uniform => SelectorKind::Uniform,
         LightSelection::Power => SelectorKind::Power,
         LightSelection::Optimal => SelectorKind::Optimal,
+        LightSelection::Tree => SelectorKind::Tree,
         LightSelection::Auto if lights.len() <= OPTIMAL_UP_TO => SelectorKind::Optimal,
         LightSelection::Auto => SelectorKind::Power,
     };
-    LightSelector::build(kind, lights, warnings)
+    LightSelector::build(kind, lights, warnings).with_splitting(settings.splitting.unwrap_or(DEFAULT_SPLITTING))
 }
