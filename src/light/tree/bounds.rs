@@ -100,7 +100,7 @@ impl LightBounds {
         // Around both spheres or around the box, whichever is less; the factor covers the roundings.
         let spheres =
             (centre.distance(self.centre()) + self.radius).max(centre.distance(other.centre()) + other.radius);
-        let diagonal = (high - centre).length().max((centre - low).length());
+        let diagonal = (high - centre).max(centre - low).length();
         let (axis, cos_normals) = self.union_of_normals(other);
         Self {
             low,
