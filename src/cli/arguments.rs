@@ -64,6 +64,9 @@ pub struct RenderArguments {
     /// How a light is chosen.
     #[arg(long, value_enum, default_value_t = LightSelection::Auto)]
     pub lights: LightSelection,
+    /// How readily `--lights tree` draws several lights at a vertex: from 0 (never) to 1 (all, 64 at most) [default: 0].
+    #[arg(long, value_name = "S", value_parser = fraction)]
+    pub splitting: Option<f32>,
     /// From how many candidates, weighed with the BSDF, the light sample of a vertex is resampled; 1 for none.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub light_candidates: Option<u32>,
@@ -158,6 +161,7 @@ impl RenderArguments {
             seed: self.seed,
             threads: self.threads.map(|n| n as usize),
             lights: self.lights,
+            splitting: self.splitting,
             light_candidates: self.light_candidates,
             cache: CacheSettings {
                 gathering: self.cache_gathering,
@@ -178,6 +182,11 @@ impl RenderArguments {
 
 fn above_zero(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+fn fraction(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|v: &f32| (0.0..=1.0).contains(v));
+    number.ok_or_else(|| "expected a number from 0 to 1".to_owned())
 }
 
 fn resolution(text: &str) -> Result<[u32; 2], String> {

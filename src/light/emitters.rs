@@ -49,9 +49,7 @@ fn cos_less(cos_a: f32, cos_b: f32) -> f32 {
 impl Emitter {
     pub(super) fn of(light: &AreaLight) -> Self {
         let bounds = &light.bounds;
-        // How much of the surface turns away: a closed one shows a quarter of its area on average.
-        let roundness = 0.5 * (1.0 - bounds.cos_normals);
-        let strength = light.radiance.luminance() * light.area * (1.0 - 0.75 * roundness);
+        let strength = light.strength();
         Self {
             centre: bounds.centre,
             radius_squared: larger(bounds.radius * bounds.radius, f32::MIN_POSITIVE),
@@ -93,6 +91,15 @@ impl Emitter {
             Receiver::Surface { p, ns, two_sided: false } => self.contribution(Kind::OneSided, p, ns),
             Receiver::Surface { p, ns, two_sided: true } => self.contribution(Kind::TwoSided, p, ns),
         }
+    }
+}
+
+impl AreaLight {
+    /// Luminance times the area that shows: over squared distance and times the cosines, an estimate of irradiance.
+    pub(super) fn strength(&self) -> f32 {
+        // How much of the surface turns away: a closed one shows a quarter of its area on average.
+        let roundness = 0.5 * (1.0 - self.bounds.cos_normals);
+        self.radiance.luminance() * self.area * (1.0 - 0.75 * roundness)
     }
 }
 

@@ -17,6 +17,7 @@ pub mod selector;
 pub mod spot;
 #[cfg(test)]
 mod tests;
+pub mod tree;
 
 use std::sync::Arc;
 

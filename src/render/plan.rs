@@ -115,6 +115,7 @@ fn selector_name(selector: &LightSelector) -> &'static str {
         LightSelector::Uniform(_) => "uniform",
         LightSelector::Power(_) => "by power",
         LightSelector::Optimal(_) => "locally optimal",
+        LightSelector::Tree(_) => "light tree",
     }
 }
 

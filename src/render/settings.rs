@@ -36,6 +36,8 @@ pub enum LightSelection {
     Optimal,
     /// By what the nearest of many points in space knows of the lights, visibility learned while rendering.
     CachePoints,
+    /// By a hierarchy over the lights: each choice in the time of a few dozen lights, however many there are.
+    Tree,
 }
 
 /// Where a PNG goes.
@@ -64,6 +66,8 @@ pub struct RenderSettings {
     pub lights: LightSelection,
     /// How cache points are made and used.
     pub cache: CacheSettings,
+    /// How readily [`LightSelection::Tree`] draws several lights at a vertex, 0 (never) to 1 (all); `None` for its default.
+    pub splitting: Option<f32>,
     /// From how many candidates the light sample of a vertex is resampled, at least 1 (no resampling); `None` for what suits the selector.
     pub light_candidates: Option<u32>,
     /// Which library traces rays; `None` for Embree where it is built in.

@@ -4,13 +4,16 @@
 
 pub mod optimal;
 pub mod power;
+pub mod tree;
 pub mod uniform;
 
+use super::tree::split::CutNode;
 use super::{LightId, Lights, Receiver};
 use crate::scene::Warnings;
 
 pub use optimal::Optimal;
 pub use power::Power;
+pub use tree::Tree;
 pub use uniform::Uniform;
 
 /// The ways of choosing.
@@ -23,6 +26,8 @@ pub enum SelectorKind {
     Power,
     /// In proportion to each light's unoccluded contribution at the vertex.
     Optimal,
+    /// By a hierarchy over the lights, in proportion to bounds of their unoccluded contribution at the vertex.
+    Tree,
 }
 
 /// A way of choosing, prepared for a scene.
@@ -38,6 +43,8 @@ pub enum LightSelector {
     Power(Power),
     /// See [`SelectorKind::Optimal`].
     Optimal(Box<Optimal>),
+    /// See [`SelectorKind::Tree`].
+    Tree(Box<Tree>),
 }
 
 /// What a selector works out for one vertex. One per thread, reused.
@@ -47,6 +54,12 @@ pub struct SelectorScratch {
     pub(super) weights: Vec<f32>,
     /// Their running sums.
     pub(super) sums: Vec<f64>,
+    /// The vertex, for selectors that ask again for each draw.
+    pub(super) receiver: Option<Receiver>,
+    /// The nodes of the light tree that lights are drawn from.
+    pub(super) cut: Vec<CutNode>,
+    /// The probability of the lights in the tree, where the others have no draw of their own.
+    pub(super) tree_share: f32,
 }
 
 impl LightSelector {
@@ -66,22 +79,37 @@ impl LightSelector {
                     Power::new(lights, warnings).map_or_else(|| Self::Uniform(Uniform::new(lights, dark)), Self::Power)
                 }
                 SelectorKind::Optimal => Self::Optimal(Box::new(Optimal::new(lights, dark))),
+                SelectorKind::Tree => Self::Tree(Box::new(Tree::new(lights))),
             },
         }
     }
 
-    /// Works out what `sample` and `pmf` need at `receiver`. Nothing for all but [`SelectorKind::Optimal`].
+    /// The same selector with this number in 0..=1 for how readily the light tree draws several lights: see [`Tree::with_splitting`].
+    #[must_use]
+    pub fn with_splitting(self, splitting: f32) -> Self {
+        match self {
+            Self::Tree(tree) => Self::Tree(Box::new(tree.with_splitting(splitting))),
+            other => other,
+        }
+    }
+
+    /// Works out what `sample` and `pmf` need at `receiver`: nothing where choices do not depend on the vertex.
     #[inline]
     pub fn prepare(&self, lights: &Lights, receiver: &Receiver, scratch: &mut SelectorScratch) {
-        if let Self::Optimal(optimal) = self {
-            optimal.prepare(lights, receiver, scratch);
+        match self {
+            Self::Optimal(optimal) => optimal.prepare(lights, receiver, scratch),
+            Self::Tree(tree) => tree.prepare(lights, receiver, scratch),
+            Self::None | Self::Single(_) | Self::Uniform(_) | Self::Power(_) => {}
         }
     }
 
     /// How many lights to draw at the receiver last prepared: one, or more where a way of choosing finds that it pays.
     #[inline]
-    pub fn draws(&self, _scratch: &SelectorScratch) -> u32 {
-        1
+    pub fn draws(&self, scratch: &SelectorScratch) -> u32 {
+        match self {
+            Self::Tree(tree) => tree.draws(scratch),
+            _ => 1,
+        }
     }
 
     /// The light of draw number `draw`, its probability, and a number in [0, 1) that is uniform given the light (for choosing a part of it). `u` in [0, 1)
@@ -95,6 +123,7 @@ impl LightSelector {
             Self::Uniform(uniform) => Some(uniform.sample(u)),
             Self::Power(power) => Some(power.sample(u)),
             Self::Optimal(optimal) => optimal.sample(u, scratch),
+            Self::Tree(tree) => tree.sample(draw, u, scratch),
         }
     }
 
@@ -107,6 +136,7 @@ impl LightSelector {
             Self::Uniform(uniform) => uniform.pmf(id),
             Self::Power(power) => power.pmf(id),
             Self::Optimal(optimal) => optimal.pmf(id, scratch),
+            Self::Tree(tree) => tree.pmf(id, scratch),
         }
     }
 
@@ -117,6 +147,7 @@ impl LightSelector {
             Self::Uniform(uniform) => uniform.memory(),
             Self::Power(power) => power.memory(),
             Self::Optimal(optimal) => optimal.memory(),
+            Self::Tree(tree) => tree.memory(),
         }
     }
 }

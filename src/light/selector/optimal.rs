@@ -24,7 +24,7 @@ impl Optimal {
 
     /// One pass over all lights.
     pub fn prepare(&self, lights: &Lights, receiver: &Receiver, scratch: &mut SelectorScratch) {
-        let SelectorScratch { weights, sums } = scratch;
+        let SelectorScratch { weights, sums, .. } = scratch;
         weights.clear();
         self.emitters.contributions(receiver, weights);
         weights.extend(lights.ids().skip(weights.len()).map(|id| lights.contribution(id, receiver)));

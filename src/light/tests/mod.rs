@@ -7,6 +7,7 @@ mod build;
 mod environment;
 mod punctual;
 mod selectors;
+mod tree;
 
 use glam::{Affine3A, Vec2, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};

@@ -38,7 +38,8 @@ const RECEIVERS: [Receiver; 3] = [
     Receiver::Medium { p: Vec3::new(-0.5, 0.2, 0.1) },
 ];
 
-const KINDS: [SelectorKind; 3] = [SelectorKind::Uniform, SelectorKind::Power, SelectorKind::Optimal];
+const KINDS: [SelectorKind; 4] =
+    [SelectorKind::Uniform, SelectorKind::Power, SelectorKind::Optimal, SelectorKind::Tree];
 
 #[test]
 fn lights_are_chosen_as_often_as_their_probability_says() {

@@ -20,6 +20,7 @@ use super::timing::Timings;
 use crate::geometry::{Backend, Tracer};
 use crate::integrator::{LightChoice, World};
 use crate::light::Lights;
+use crate::light::selector::tree::DEFAULT_SPLITTING;
 use crate::light::selector::{LightSelector, SelectorKind};
 use crate::material::Materials;
 use crate::math::transform::RenderSpace;
@@ -71,7 +72,7 @@ pub fn build_world(
     if has_opacity {
         lights.set_opacity(materials.clone());
     }
-    let light_choice = light_choice(&lights, settings.lights, warnings);
+    let light_choice = light_choice(&lights, settings, warnings);
     timings.lights = start.elapsed().as_secs_f64();
 
     let mut world = World {
@@ -93,16 +94,18 @@ pub fn build_world(
 
 /// The way of choosing lights that was asked for; `auto` decides by their number. [`LightChoice::Pilot`] where cache points are to be
 /// built ([`CacheBuilder`]).
-fn light_choice(lights: &Lights, wanted: LightSelection, warnings: &mut Warnings) -> LightChoice {
+fn light_choice(lights: &Lights, settings: &RenderSettings, warnings: &mut Warnings) -> LightChoice {
     let several = lights.ids().filter(|&id| !lights.is_dark(id)).nth(1).is_some();
-    let kind = match wanted {
+    let kind = match settings.lights {
         LightSelection::CachePoints if several => return LightChoice::Pilot,
         LightSelection::Auto if several && lights.len() > OPTIMAL_UP_TO => return LightChoice::Pilot,
         LightSelection::CachePoints => SelectorKind::Optimal,
         LightSelection::Uniform => SelectorKind::Uniform,
         LightSelection::Power => SelectorKind::Power,
         LightSelection::Optimal => SelectorKind::Optimal,
+        LightSelection::Tree => SelectorKind::Tree,
         LightSelection::Auto => SelectorKind::Optimal,
     };
-    LightChoice::Selector(LightSelector::build(kind, lights, warnings))
+    let splitting = settings.splitting.unwrap_or(DEFAULT_SPLITTING);
+    LightChoice::Selector(LightSelector::build(kind, lights, warnings).with_splitting(splitting))
 }

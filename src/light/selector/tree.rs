@@ -1,0 +1,151 @@
+//! Lights by a hierarchy: a choice costs as many steps as the tree is deep, and takes position and orientation into account. Source:
+//! Conty Estevez & Kulla, HPG 2018 ([`crate::light::tree`]).
+//!
+//! Light from infinity is not in the tree. It is chosen in proportion to its contribution against the importance of the tree's root, and
+//! where the tree is split it has a draw of its own.
+
+use super::SelectorScratch;
+use crate::light::tree::split::{MAX_CUT, Splitting};
+use crate::light::tree::{LightTree, ROOT};
+use crate::light::{LightId, LightRef, Lights, Receiver};
+
+/// How readily nodes are split where nothing else is asked for.
+pub const DEFAULT_SPLITTING: f32 = 0.0;
+
+/// The share of light from infinity that is chosen evenly, and the least that it has against the tree: its contribution is an estimate that
+/// may be 0 where there is light. As much is left to the tree.
+const FLOOR: f32 = 0.01;
+
+/// In proportion to what a hierarchy knows.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    /// Over the finite lights, if there are any that shine.
+    tree: Option<LightTree>,
+    /// Those from infinity that shine, in order.
+    outside: Box<[LightId]>,
+    splitting: Splitting,
+}
+
+impl Tree {
+    /// For the lights that are not dark.
+    pub fn new(lights: &Lights) -> Self {
+        let is_outside = |&id: &LightId| matches!(lights.get(id), LightRef::Distant(_) | LightRef::Infinite(_));
+        let outside = lights.ids().filter(is_outside).filter(|&id| !lights.is_dark(id)).collect();
+        Self { tree: LightTree::of(lights), outside, splitting: Splitting::new(DEFAULT_SPLITTING) }
+    }
+
+    /// The same with another number in 0..=1 for splitting: 0 draws one light at every vertex, 1 draws all of them (64 at most).
+    #[must_use]
+    pub fn with_splitting(self, splitting: f32) -> Self {
+        Self { splitting: Splitting::new(splitting), ..self }
+    }
+
+    /// Weighs light from infinity against the tree, and cuts the tree.
+    #[inline]
+    pub fn prepare(&self, lights: &Lights, receiver: &Receiver, scratch: &mut SelectorScratch) {
+        scratch.receiver = Some(*receiver);
+        scratch.cut.clear();
+        scratch.tree_share = 0.0;
+        let Some(tree) = &self.tree else {
+            self.weigh(lights, receiver, scratch);
+            return;
+        };
+        scratch.tree_share = 1.0;
+        if !self.outside.is_empty() {
+            let outside = self.weigh(lights, receiver, scratch);
+            let inside = tree.node(ROOT).importance(receiver);
+            let share = inside / (inside + outside);
+            scratch.tree_share = if inside > 0.0 { share.clamp(FLOOR, 1.0 - FLOOR) } else { 0.0 };
+        }
+        if scratch.cut.capacity() < MAX_CUT {
+            scratch.cut.reserve_exact(MAX_CUT);
+        }
+        tree.cut(receiver, self.splitting, scratch.tree_share, &mut scratch.cut);
+    }
+
+    /// The running sums of the weights of light from infinity; returns its contribution.
+    fn weigh(&self, lights: &Lights, receiver: &Receiver, scratch: &mut SelectorScratch) -> f32 {
+        let SelectorScratch { weights, sums, .. } = scratch;
+        weights.clear();
+        weights.extend(self.outside.iter().map(|&id| lights.contribution(id, receiver)));
+        let total: f64 = weights.iter().map(|&weight| f64::from(weight)).sum();
+        let floor = (total * f64::from(FLOOR)).max(f64::from(f32::MIN_POSITIVE)) / weights.len() as f64;
+        sums.clear();
+        let mut sum = 0.0;
+        sums.extend(weights.iter().map(|&weight| {
+            sum += f64::from(weight) + floor;
+            sum
+        }));
+        total.min(f64::from(f32::MAX / 4.0)) as f32
+    }
+
+    /// One for each node of the cut; one for light from infinity where that is more than one, or none.
+    #[inline]
+    pub fn draws(&self, scratch: &SelectorScratch) -> u32 {
+        let nodes = scratch.cut.len();
+        let has_own = nodes != 1 && !self.outside.is_empty();
+        nodes as u32 + u32::from(has_own)
+    }
+
+    /// A light, its probability, and what is left of `u`.
+    #[inline]
+    pub fn sample(&self, draw: u32, mut u: f64, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
+        let (Some(tree), Some(receiver), Some(node)) = (&self.tree, &scratch.receiver, scratch.cut.get(draw as usize))
+        else {
+            return self.sample_outside(u, 1.0, scratch);
+        };
+        let mut share = 1.0;
+        if scratch.cut.len() == 1 && scratch.tree_share < 1.0 {
+            share = scratch.tree_share;
+            let split = f64::from(share);
+            if u >= split {
+                return self.sample_outside((u - split) / (1.0 - split), 1.0 - share, scratch);
+            }
+            u /= split;
+        }
+        let (id, pmf, rest) = tree.sample(node.node, receiver, u.min(1.0 - f64::EPSILON));
+        Some((LightId(id), share * pmf, rest))
+    }
+
+    fn sample_outside(&self, u: f64, share: f32, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
+        let target = u.min(1.0 - f64::EPSILON) * scratch.sums.last()?;
+        let index = scratch.sums.partition_point(|&sum| sum <= target);
+        let id = *self.outside.get(index)?;
+        let before = if index > 0 { scratch.sums[index - 1] } else { 0.0 };
+        let rest = (target - before) / (scratch.sums[index] - before);
+        Some((id, share * self.outside_pmf(index, scratch), rest.clamp(0.0, 1.0 - f64::EPSILON)))
+    }
+
+    /// The probability of a light from infinity among its like.
+    #[inline]
+    fn outside_pmf(&self, index: usize, scratch: &SelectorScratch) -> f32 {
+        let sums = &scratch.sums;
+        let before = if index > 0 { sums[index - 1] } else { 0.0 };
+        ((sums[index] - before) / sums[sums.len() - 1]) as f32
+    }
+
+    /// How often the draws are expected to choose `id`.
+    #[inline]
+    pub fn pmf(&self, id: LightId, scratch: &SelectorScratch) -> f32 {
+        let is_shared = scratch.cut.len() == 1;
+        if let (Some(tree), Some(receiver)) = (&self.tree, &scratch.receiver)
+            && let Some(trail) = tree.trail(id.0)
+        {
+            let Some(node) = scratch.cut.iter().find(|node| node.holds(trail)) else { return 0.0 };
+            let share = if is_shared { scratch.tree_share } else { 1.0 };
+            return if share > 0.0 { share * tree.pmf(node.node, node.depth, trail, receiver) } else { 0.0 };
+        }
+        match self.outside.binary_search(&id) {
+            Ok(index) if index < scratch.sums.len() => {
+                let share = if is_shared { 1.0 - scratch.tree_share } else { 1.0 };
+                share * self.outside_pmf(index, scratch)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Bytes held on the heap.
+    pub fn memory(&self) -> usize {
+        self.tree.as_ref().map_or(0, LightTree::memory) + size_of_val(&*self.outside)
+    }
+}

@@ -1,0 +1,80 @@
+//! How much the lights below a node may matter at a receiver: energy over squared distance, times bounds of the cosines at the receiver
+//! and at the emitters. Source: Conty Estevez & Kulla, HPG 2018, section 4.2, equation 3.
+//!
+//! Conservative: positive wherever a light below can contribute. Distances are never taken as less than the node's radius, and from
+//! within its sphere any direction may lead to a light and any side may show, so the value is finite everywhere.
+
+use glam::Vec3;
+
+use super::node::Node;
+use crate::light::Receiver;
+
+/// Above this no importance goes, so that two of them have a finite sum.
+const MAX_IMPORTANCE: f32 = f32::MAX / 4.0;
+
+/// A point this much (squared) beyond the sphere counts as inside.
+const INSIDE: f32 = 1.002;
+
+/// What a cosine may be off by rounding.
+const SLACK: f32 = 1e-6;
+
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// cos(max(0, a − b)) from cos a and cos b, both angles in 0..=π.
+#[inline(always)]
+fn cos_less(cos_a: f32, cos_b: f32) -> f32 {
+    let sines = larger((1.0 - cos_a * cos_a) * (1.0 - cos_b * cos_b), 0.0).sqrt();
+    if cos_a >= cos_b { 1.0 } else { cos_a * cos_b + sines }
+}
+
+impl Node {
+    /// The importance of the lights below for `receiver`: 0 only where none of them can contribute.
+    #[inline(always)]
+    pub fn importance(&self, receiver: &Receiver) -> f32 {
+        let to_light = self.centre - receiver.p();
+        let square = to_light.length_squared();
+        let radius_squared = self.radius * self.radius;
+        let near = larger(larger(square, radius_squared), f32::MIN_POSITIVE);
+        let cosines = if square <= radius_squared * INSIDE {
+            1.0
+        } else {
+            self.cosines(receiver, to_light * (1.0 / near.sqrt()), radius_squared / near)
+        };
+        if cosines > 0.0 { (self.energy / near * cosines).clamp(f32::MIN_POSITIVE, MAX_IMPORTANCE) } else { 0.0 }
+    }
+
+    /// The largest product of the cosines at both ends that the bounds allow, seen from outside the sphere: its centre in the unit
+    /// direction `wi`, the squared sine of its angular radius given.
+    #[inline(always)]
+    fn cosines(&self, receiver: &Receiver, wi: Vec3, sin_squared: f32) -> f32 {
+        let cos_spread = larger(1.0 - sin_squared, 0.0).sqrt();
+        let received = match *receiver {
+            Receiver::Medium { .. } => 1.0,
+            Receiver::Surface { ns, two_sided: false, .. } => cos_less(ns.dot(wi), cos_spread) + SLACK,
+            Receiver::Surface { ns, two_sided: true, .. } => cos_less(ns.dot(wi).abs(), cos_spread) + SLACK,
+        };
+        if received <= 0.0 || self.faces_all_ways() {
+            return larger(received, 0.0);
+        }
+        let cos = -self.axis().dot(wi);
+        let cos = if self.is_two_sided() { cos.abs() } else { cos };
+        // The normals' cone, widened by what the sphere spans.
+        let facing = cos_less(cos_less(cos, self.cos_normals()), cos_spread);
+        if facing + SLACK < self.cos_emission() {
+            return 0.0;
+        }
+        received * if self.is_lambertian() { larger(facing, SLACK) } else { 1.0 }
+    }
+
+    /// Squared radius over squared distance, below 1 outside the sphere: all that the spread of 1/d² depends on.
+    #[inline(always)]
+    pub(super) fn squared_extent(&self, receiver: &Receiver) -> f32 {
+        let square = (self.centre - receiver.p()).length_squared();
+        let radius_squared = self.radius * self.radius;
+        // No extent where there is no radius, also at the very spot.
+        if radius_squared > 0.0 { radius_squared / larger(square, f32::MIN_POSITIVE) } else { 0.0 }
+    }
+}
