@@ -26,10 +26,15 @@ const PILOT_SEED: u32 = 0x9e37_79b9;
 
 /// What building cache points takes besides the world.
 pub struct CacheBuilder<'a> {
+    /// Where paths start.
     pub camera: &'a Camera,
+    /// The image.
     pub film: &'a FilmSettings,
+    /// How paths go.
     pub path: &'a PathSettings,
+    /// Of the render.
     pub seed: u32,
+    /// How points are made.
     pub settings: CacheSettings,
 }
 
