@@ -102,8 +102,8 @@ const SURFACES: [Object; 4] = [
         matter: "\"conductor\" \"float roughness\" 0",
         shape: "Translate 0 -0.5 1 Shape \"sphere\" \"float radius\" 0.5",
         is_medium: false,
-        links: "\"string lights\" [\"rim\" \"sky\"] \"string excludelights\" \"sky\"",
-        lit_by: &[4, 5],
+        links: "\"string lights\" [\"rim\" \"sky\"] \"string excludelights\" \"rim\"",
+        lit_by: &[3],
     },
 ];
 

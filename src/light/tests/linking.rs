@@ -57,7 +57,7 @@ fn a_set_is_what_its_parameters_say() {
         sets.push((requests.add(&params(list)).expect("it is well typed"), only, subset(excluded), subset(added)));
     }
     let (linking, warnings) = table(&given, &requests, true);
-    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(warnings, ["this light is exclusive and no object names it: it lights nothing"], "one has no name");
     let linking = linking.expect("there are links");
     assert_eq!(linking.set_count(), 9 * 8 * 8);
     for (set, only, excluded, added) in sets {
