@@ -160,7 +160,7 @@ fn chords(low: Vec3, high: Vec3, count: u64, seed: u64) -> Vec<Ray> {
 type Track = fn(&World, &Ray, &mut Stream, &mut Scratch);
 
 fn flight(world: &World, ray: &Ray, stream: &mut Stream, scratch: &mut Scratch) {
-    let mut path = PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: 0 };
+    let mut path = PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: 0, links: None };
     let vertex = sample_flight(world, ray, &mut path, stream, scratch, |emission| {
         std::hint::black_box(emission);
     });

@@ -6,7 +6,8 @@
 
 use glam::Vec3;
 
-use crate::light::tree::{Below, LightTree, ROOT};
+use crate::light::tree::build::Leaf;
+use crate::light::tree::{Below, LightBounds, LightTree, ROOT};
 use crate::light::{LightId, LightRef, Lights, Receiver};
 
 /// Marks keys of lights at infinity.
@@ -60,12 +61,14 @@ pub struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Over all lights that shine.
+    /// Over all lights that shine on everything: exclusive ones are added at the vertices they shine on.
     pub fn new(lights: &Lights) -> Self {
-        let is_at_infinity = |id: &LightId| {
-            matches!(lights.get(*id), LightRef::Distant(_) | LightRef::Infinite(_)) && !lights.is_dark(*id)
-        };
-        Self { tree: LightTree::of(lights), at_infinity: lights.ids().filter(is_at_infinity).collect() }
+        let shines =
+            |id: &LightId| !lights.is_dark(*id) && !lights.linking().is_some_and(|linking| linking.is_exclusive(*id));
+        let leaf = |id: LightId| LightBounds::of(lights, id).map(|bounds| Leaf::new(id.0, bounds));
+        let leaves = lights.ids().filter(shines).filter_map(leaf).collect();
+        let at_infinity = lights.ids().filter(|&id| is_at_infinity(lights, id)).filter(shines).collect();
+        Self { tree: LightTree::new(leaves, lights.len()), at_infinity }
     }
 
     /// The clusters that hold everything: the tree's root and each light at infinity.
@@ -91,14 +94,14 @@ impl Hierarchy {
         Some([child(cluster.key, first), child(cluster.key | turn, second)])
     }
 
-    /// The key of a light that shines.
+    /// The key of a light that shines on everything.
     #[inline]
     pub fn key(&self, lights: &Lights, id: LightId) -> Option<u64> {
         if let Some(trail) = self.tree.as_ref().and_then(|tree| tree.trail(id.0)) {
             return Some(trail.reverse_bits() >> 1);
         }
-        let at_infinity = matches!(lights.get(id), LightRef::Distant(_) | LightRef::Infinite(_));
-        (at_infinity && !lights.is_dark(id)).then_some(AT_INFINITY | u64::from(id.0))
+        let is_here = is_at_infinity(lights, id) && self.at_infinity.binary_search(&id).is_ok();
+        is_here.then_some(AT_INFINITY | u64::from(id.0))
     }
 
     /// The light that a cluster is, if it is one.
@@ -180,6 +183,10 @@ impl Hierarchy {
     pub fn memory(&self) -> usize {
         self.tree.as_ref().map_or(0, LightTree::memory) + size_of_val(&*self.at_infinity)
     }
+}
+
+fn is_at_infinity(lights: &Lights, id: LightId) -> bool {
+    matches!(lights.get(id), LightRef::Distant(_) | LightRef::Infinite(_))
 }
 
 #[cfg(test)]

@@ -37,8 +37,8 @@ impl Candidate {
     /// A vertex of a path.
     pub fn at(receiver: &Receiver) -> Self {
         match *receiver {
-            Receiver::Surface { p, ns, two_sided: false } => Self { p, normal: ns },
-            Receiver::Surface { p, .. } | Receiver::Medium { p } => Self::in_space(p),
+            Receiver::Surface { p, ns, two_sided: false, .. } => Self { p, normal: ns },
+            Receiver::Surface { p, .. } | Receiver::Medium { p, .. } => Self::in_space(p),
         }
     }
 }

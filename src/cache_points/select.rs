@@ -7,8 +7,9 @@ use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::CachePoints;
+use super::linked::Linked;
 use super::table::{OMNIDIRECTIONAL, range};
-use crate::light::{LightId, Lights, Receiver};
+use crate::light::{LightId, Lights, LinkSet, Receiver};
 
 /// The share of choices made among all lights alike: what no list holds must stay reachable.
 pub const UNIFORM_PROBABILITY: f64 = 0.01;
@@ -23,7 +24,9 @@ pub struct CacheScratch {
     point: Option<u32>,
     receiver: Option<Receiver>,
     /// Sensors, their weights, and the sums up to and with each.
-    bins: ArrayVec<(usize, f64, f64), 6>,
+    pub(super) bins: ArrayVec<(usize, f64, f64), 6>,
+    /// What light linking changes.
+    pub(super) linked: Linked,
     /// Running sums of the near lights' weights.
     near: Vec<f64>,
     /// Sum over all near lights and sensors.
@@ -47,16 +50,27 @@ impl CachePoints {
         scratch.point = Some(point);
         scratch.receiver = Some(*receiver);
 
+        let links = receiver.links();
+        scratch.linked.reset();
+        if links != LinkSet::ORDINARY {
+            Self::find_linked(lights, receiver, links, &mut scratch.linked);
+        }
+        let keeps_rest = scratch.linked.keeps_rest;
+        let is_lit = |id| links == LinkSet::ORDINARY || (keeps_rest && lights.is_linked(links, id));
         let near = range(&self.near.offsets, point);
         let mut sum = 0.0f64;
         scratch.near.clear();
         scratch.near.extend(self.near.clusters[near.clone()].iter().zip(&self.near.visibility[near]).map(
             |(cluster, w)| {
-                let weight = self.hierarchy.light(cluster).map_or(0.0, |id| lights.contribution(id, receiver));
+                let light = self.hierarchy.light(cluster).filter(|&id| is_lit(id));
+                let weight = light.map_or(0.0, |id| lights.contribution(id, receiver));
                 sum += f64::from(weight) * f64::from(*w);
                 sum
             },
         ));
+
+        sum += scratch.linked.named_sums.last().copied().unwrap_or(0.0);
+        let before_far = sum;
 
         scratch.bins.clear();
         let mut add = |bin: usize, weight: f32| {
@@ -80,6 +94,15 @@ impl CachePoints {
             }
         }
         scratch.total = sum;
+        if links != LinkSet::ORDINARY {
+            if !keeps_rest {
+                scratch.bins.clear();
+                scratch.total = before_far;
+            } else if scratch.linked.drops {
+                self.sum_linked_far(lights, point, links, scratch);
+                scratch.total = before_far + scratch.linked.far_sums.last().copied().unwrap_or(0.0);
+            }
+        }
     }
 
     /// The nearest point. In media the last one is kept while the path is within its radius.
@@ -105,60 +128,84 @@ impl CachePoints {
     /// A light, its probability, and what is left of `u`.
     pub fn sample(&self, lights: &Lights, u: f64, scratch: &CacheScratch) -> Option<(LightId, f32, f64)> {
         let uniform = self.uniform_probability(scratch);
-        if u < uniform {
+        let (id, rest) = if u < uniform {
             let (id, _, rest) = self.uniform.sample(u / uniform);
-            return Some((id, self.pmf(lights, id, scratch), rest));
-        }
-        let mut target = ((u - uniform) / (1.0 - uniform)).min(1.0 - f64::EPSILON) * scratch.total;
-        let near_total = scratch.near.last().copied().unwrap_or(0.0);
-        let point = scratch.point?;
-        let (id, rest) = if target < near_total {
-            let k = scratch.near.partition_point(|&sum| sum <= target);
-            let before = if k > 0 { scratch.near[k - 1] } else { 0.0 };
-            let cluster = &self.near.clusters[range(&self.near.offsets, point).start + k];
-            (self.hierarchy.light(cluster)?, (target - before) / (scratch.near[k] - before))
+            (id, rest)
         } else {
-            let (bin, weight, end) = *scratch.bins.iter().find(|bin| target < bin.2).or(scratch.bins.last())?;
-            let sums = self.far.sums_of(point, bin);
-            let whole = Some(f64::from(*sums.last()?)).filter(|whole| *whole > 0.0)?;
-            target = ((target - (end - weight * whole)) / weight).clamp(0.0, whole * (1.0 - f64::EPSILON));
-            let k = sums.partition_point(|&sum| f64::from(sum) <= target).min(sums.len() - 1);
-            let before = if k > 0 { f64::from(sums[k - 1]) } else { 0.0 };
-            let rest = ((target - before) / (f64::from(sums[k]) - before)).clamp(0.0, 1.0 - f64::EPSILON);
-            let cluster = &self.far.clusters[range(&self.far.offsets, point).start + k];
-            self.hierarchy.sample_below(cluster, scratch.receiver.as_ref()?, rest)?
+            let target = ((u - uniform) / (1.0 - uniform)).min(1.0 - f64::EPSILON) * scratch.total;
+            self.sample_listed(target, scratch)?
         };
         Some((id, self.pmf(lights, id, scratch), rest.clamp(0.0, 1.0 - f64::EPSILON)))
+    }
+
+    /// The light at `target` of the sum over near, named and far lights, and what is left of the number.
+    fn sample_listed(&self, target: f64, scratch: &CacheScratch) -> Option<(LightId, f64)> {
+        let (point, receiver) = (scratch.point?, scratch.receiver.as_ref()?);
+        let total = |sums: &[f64]| sums.last().copied().unwrap_or(0.0);
+        let near_total = total(&scratch.near);
+        if target < near_total {
+            let (k, rest) = place_of(target, &scratch.near);
+            let cluster = &self.near.clusters[range(&self.near.offsets, point).start + k];
+            return Some((self.hierarchy.light(cluster)?, rest));
+        }
+        let (target, linked) = (target - near_total, &scratch.linked);
+        if target < total(&linked.named_sums) {
+            let (k, rest) = place_of(target, &linked.named_sums);
+            return Some((linked.named[k], rest));
+        }
+        let far = &self.far.clusters[range(&self.far.offsets, point)];
+        if linked.drops {
+            let target = (target - total(&linked.named_sums)).min(total(&linked.far_sums) * (1.0 - f64::EPSILON));
+            let (k, rest) = place_of(target.max(0.0), &linked.far_sums);
+            return self.hierarchy.sample_below(far.get(k)?, receiver, rest);
+        }
+        let target = target + near_total;
+        let (bin, weight, end) = *scratch.bins.iter().find(|bin| target < bin.2).or(scratch.bins.last())?;
+        let sums = self.far.sums_of(point, bin);
+        let whole = Some(f64::from(*sums.last()?)).filter(|whole| *whole > 0.0)?;
+        let target = ((target - (end - weight * whole)) / weight).clamp(0.0, whole * (1.0 - f64::EPSILON));
+        let k = sums.partition_point(|&sum| f64::from(sum) <= target);
+        let before = if k > 0 { f64::from(sums[k - 1]) } else { 0.0 };
+        let rest = (target - before) / (f64::from(*sums.get(k)?) - before);
+        self.hierarchy.sample_below(&far[k], receiver, rest.clamp(0.0, 1.0 - f64::EPSILON))
     }
 
     /// The probability of `id` at the vertex last prepared.
     pub fn pmf(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> f32 {
         let uniform = self.uniform_probability(scratch);
         let even = f64::from(self.uniform.pmf(id)) * uniform;
-        let (Some(point), Some(key)) = (scratch.point, self.hierarchy.key(lights, id)) else { return even as f32 };
         if uniform >= 1.0 {
             return even as f32;
         }
-        let weight = if let Some(place) = self.near.find(point, key) {
-            let k = place - range(&self.near.offsets, point).start;
-            scratch.near[k] - if k > 0 { scratch.near[k - 1] } else { 0.0 }
-        } else if let Some(place) = self.far.find(point, key) {
-            let k = place - range(&self.far.offsets, point).start;
+        let listed = self.listed_weight(lights, id, scratch).unwrap_or(0.0);
+        (even + (1.0 - uniform) * listed / scratch.total) as f32
+    }
+
+    /// The share of `id` in the sum over near, named and far lights.
+    fn listed_weight(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> Option<f64> {
+        let (point, linked) = (scratch.point?, &scratch.linked);
+        if let Ok(k) = linked.named.binary_search(&id) {
+            return Some(step(&linked.named_sums, k));
+        }
+        let key = self.hierarchy.key(lights, id)?;
+        if let Some(place) = self.near.find(point, key) {
+            return Some(step(&scratch.near, place - range(&self.near.offsets, point).start));
+        }
+        let place = self.far.find(point, key)?;
+        let k = place - range(&self.far.offsets, point).start;
+        let weight: f64 = if linked.drops {
+            step(&linked.far_sums, k)
+        } else {
             let of_bin = |&(bin, weight, _): &(usize, f64, f64)| {
                 let sums = self.far.sums_of(point, bin);
                 weight * (f64::from(sums[k]) - if k > 0 { f64::from(sums[k - 1]) } else { 0.0 })
             };
-            let weight: f64 = scratch.bins.iter().map(of_bin).sum();
-            match &scratch.receiver {
-                Some(receiver) if weight > 0.0 => {
-                    weight * f64::from(self.hierarchy.pmf_below(&self.far.clusters[place], key, receiver))
-                }
-                _ => weight,
-            }
-        } else {
-            0.0
+            scratch.bins.iter().map(of_bin).sum()
         };
-        (even + (1.0 - uniform) * weight / scratch.total) as f32
+        // The way down a cluster need not be gone for nothing.
+        let below =
+            || Some(f64::from(self.hierarchy.pmf_below(&self.far.clusters[place], key, scratch.receiver.as_ref()?)));
+        if weight > 0.0 { Some(weight * below()?) } else { Some(0.0) }
     }
 
     /// Tells what became of a shadow ray to `id` at the vertex last prepared.
@@ -185,4 +232,16 @@ impl CachePoints {
     pub(super) fn off_surface(p: Vec3, normal: Vec3, radius: f32) -> Vec3 {
         p + normal * (OFF_SURFACE * radius)
     }
+}
+
+/// The step of running sums that `target`, below the last of them, falls into, and where in it.
+fn place_of(target: f64, sums: &[f64]) -> (usize, f64) {
+    let k = sums.partition_point(|&sum| sum <= target);
+    let before = if k > 0 { sums[k - 1] } else { 0.0 };
+    (k, sums.get(k).map_or(0.0, |sum| (target - before) / (sum - before)))
+}
+
+/// The height of step `k` of running sums.
+fn step(sums: &[f64], k: usize) -> f64 {
+    sums[k] - if k > 0 { sums[k - 1] } else { 0.0 }
 }

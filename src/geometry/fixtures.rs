@@ -51,6 +51,7 @@ pub fn shape(kind: ShapeKind) -> Shape {
         medium_interface: None,
         alpha: None,
         is_boundary: false,
+        links: 0,
         flip_normal: false,
     }
 }

@@ -33,6 +33,8 @@ pub struct Shape {
     pub alpha: Option<u32>,
     /// Whether the material is `interface`: a medium boundary that blocks nothing.
     pub is_boundary: bool,
+    /// Into the table of links to lights; 0 where it states none.
+    pub links: u32,
     /// Flip the normal: ReverseOrientation xor the transform swaps handedness, as pbrt-v4 has it where rays meet a shape. So a mirrored
     /// sphere is inside out unless its orientation is reversed too, and exporters write scenes that count on it. (pbrt-v4 samples
     /// light on mirrored quadrics by ReverseOrientation alone, against its own hits; here one rule serves both.)

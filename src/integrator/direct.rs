@@ -11,7 +11,7 @@ use super::path::{PathSettings, Scratch};
 use super::world::World;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::light::selector::choice;
-use crate::light::{LightId, LightSample, Receiver};
+use crate::light::{LightId, LightSample, LinkSet, Receiver};
 use crate::material::Bsdf;
 use crate::math::Rgb;
 use crate::math::robust::offset_ray_origin;
@@ -40,15 +40,25 @@ impl Vertex<'_> {
         }
     }
 
+    /// The lights that light it.
+    pub fn links(&self, world: &World) -> LinkSet {
+        match self {
+            Self::Surface { point, .. } => LinkSet(world.geometry.shapes[point.shape.0 as usize].links),
+            Self::Medium(vertex) => vertex.links,
+        }
+    }
+
     /// As light selection sees it, for a path that arrives along −`wo`.
-    pub fn receiver(&self, wo: Vec3) -> Receiver {
+    pub fn receiver(&self, world: &World, wo: Vec3) -> Receiver {
+        let links = self.links(world);
         match self {
             Self::Surface { point, bsdf } => Receiver::Surface {
                 p: point.p,
                 ns: if wo.dot(point.ns) < 0.0 { -point.ns } else { point.ns },
                 two_sided: bsdf.is_transmissive(),
+                links,
             },
-            Self::Medium(vertex) => Receiver::Medium { p: vertex.p },
+            Self::Medium(vertex) => Receiver::Medium { p: vertex.p, links },
         }
     }
 
@@ -117,7 +127,7 @@ impl DirectLight<'_> {
     #[inline]
     pub fn gather<const MEDIA: bool>(&self, scratch: &mut Scratch) -> Rgb {
         let choice = &self.world.light_choice;
-        choice.prepare(&self.world.lights, &self.vertex.receiver(self.wo), &mut scratch.lights);
+        choice.prepare(&self.world.lights, &self.vertex.receiver(self.world, self.wo), &mut scratch.lights);
         let [lookups, reuses] = std::mem::take(&mut scratch.lights.cache.lookups);
         scratch.counters.cache_lookups += lookups;
         scratch.counters.cache_reuses += reuses;
@@ -176,6 +186,9 @@ impl DirectLight<'_> {
     fn candidate(&self, draw: u32, u: [f32; 2], u_light: f64, scratch: &mut Scratch) -> Option<Candidate> {
         let world = self.world;
         let (light, pmf, u_part) = world.light_choice.sample(&world.lights, draw, u_light, &scratch.lights)?;
+        if !world.lights.is_linked(self.vertex.links(world), light) {
+            return None;
+        }
         let sample = world.lights.sample(&world.geometry, light, self.vertex.p(), self.time, u, u_part);
         let Some(sample) = sample.filter(|sample| !sample.radiance.is_black()) else {
             world.light_choice.record(&world.lights, light, false, &scratch.lights);

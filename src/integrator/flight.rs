@@ -11,6 +11,7 @@ use super::counters::Counters;
 use super::path::Scratch;
 use super::world::World;
 use crate::geometry::Ray;
+use crate::light::LinkSet;
 use crate::math::Rgb;
 use crate::math::phase::HenyeyGreenstein;
 use crate::math::sampler::Stream;
@@ -55,6 +56,8 @@ pub struct PathState {
     pub regions: Regions,
     /// The channel whose coefficients decide: 0, 1 or 2.
     pub hero: usize,
+    /// The lights that light the last vertex. `None` before the first: cameras see every light.
+    pub links: Option<LinkSet>,
 }
 
 /// A place in a medium where the path scatters.
@@ -63,6 +66,8 @@ pub struct MediumVertex {
     pub p: Vec3,
     /// How.
     pub phase: HenyeyGreenstein,
+    /// The lights that light the medium.
+    pub links: LinkSet,
 }
 
 /// Follows `ray` up to `ray.t_max` (the next surface) and samples whether and where a medium scatters it. The regions of
@@ -112,7 +117,7 @@ fn sample_stretch(
     counters: &mut Counters,
     emit: &mut impl FnMut(Rgb),
 ) -> Option<MediumVertex> {
-    let PathState { weight, regions, hero } = path;
+    let PathState { weight, regions, hero, .. } = path;
     let hero = *hero;
     let mut tracker = Tracker::new(&world.media, regions.media(), ray.origin, ray.direction, stretch, stream);
     while let Some(collision) = tracker.next(stream) {
@@ -139,8 +144,12 @@ fn sample_stretch(
             // From here on a light is sampled from this vertex.
             weight.light = weight.unidirectional;
             let p = ray.origin + ray.direction * within(collision.t, stretch, ray);
-            return (!weight.throughput.is_black())
-                .then(|| MediumVertex { p, phase: HenyeyGreenstein::new(medium.g()) });
+            let links = world.media_links[collision.medium.0 as usize];
+            return (!weight.throughput.is_black()).then(|| MediumVertex {
+                p,
+                phase: HenyeyGreenstein::new(medium.g()),
+                links,
+            });
         }
         let null = Rgb::WHITE - real;
         let inverse = 1.0 / null[hero];

@@ -11,7 +11,7 @@ use super::light_choice::LightScratch;
 use super::world::World;
 use crate::film::SampleResult;
 use crate::geometry::{BoundaryCrossing, Ray, RayHit, SurfacePoint};
-use crate::light::{EmitterHit, LightId};
+use crate::light::{EmitterHit, LightId, LinkSet};
 use crate::material::MaterialId;
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
@@ -82,6 +82,7 @@ pub fn trace_path<const MEDIA: bool>(
         weight: PathWeight::START,
         regions: if MEDIA { camera_regions(world, &ray, scratch) } else { Default::default() },
         hero: if MEDIA { (random.draw::<2>(0, Dimension::Time)[1] * 3.0) as usize } else { 0 },
+        links: None,
     };
     let mut depth = 0;
     // The last vertex, if lights were sampled from it.
@@ -132,6 +133,7 @@ pub fn trace_path<const MEDIA: bool>(
                 // f / pdf = 1: only the pdf of having sampled a light instead changes.
                 path.weight.light = path.weight.unidirectional / vertex.phase.evaluate(wo, wi);
                 sampled_from = Some(p);
+                path.links = Some(vertex.links);
                 ray = Ray { origin: p, direction: wi, t_max: f32::INFINITY, ..ray };
                 if !survives(&mut path.weight, eta_scale, depth, u_roulette) {
                     break;
@@ -204,6 +206,7 @@ pub fn trace_path<const MEDIA: bool>(
         let pdf = if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi) } else { sample.pdf };
         path.weight.light = path.weight.unidirectional / pdf;
         sampled_from = (!sample.is_specular).then_some(point.p);
+        path.links = Some(LinkSet(shape.links));
         if sample.is_transmission {
             eta_scale *= sample.eta * sample.eta;
         }
@@ -253,7 +256,8 @@ fn emitter_hit(hit: &RayHit, point: &SurfacePoint, time: f32) -> EmitterHit {
     }
 }
 
-/// The weight of light that the path met by itself: shared with next-event estimation where the last vertex sampled lights.
+/// The weight of light that the path met by itself: shared with next-event estimation where the last vertex sampled lights; 0 where
+/// that light does not light the last vertex, whatever it is made of.
 #[inline]
 fn mis_weight(
     world: &World,
@@ -263,7 +267,9 @@ fn mis_weight(
     scratch: &Scratch,
     pdf: impl FnOnce() -> f32,
 ) -> Rgb {
-    if sampled_from.is_some() {
+    if path.links.is_some_and(|links| !world.lights.is_linked(links, light)) {
+        Rgb::BLACK
+    } else if sampled_from.is_some() {
         path.weight.with_light(world.light_choice.pmf(&world.lights, light, &scratch.lights) * pdf())
     } else {
         path.weight.alone()

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::light_choice::LightChoice;
 use crate::geometry::{Geometry, InstanceId, ShapeId, Tracer};
-use crate::light::Lights;
+use crate::light::{Lights, LinkSet};
 use crate::material::Materials;
 use crate::medium::regions::{Interface, Regions};
 use crate::medium::{Medium, MediumId};
@@ -23,6 +23,8 @@ pub struct World {
     pub light_choice: LightChoice,
     /// Media, by [`MediumId`]; empty for scenes without.
     pub media: Vec<Medium>,
+    /// The lights that light each of them.
+    pub media_links: Vec<LinkSet>,
     /// How many of them were read from OpenVDB files.
     pub volume_files: usize,
     /// What [`crate::geometry::Shape::medium_interface`] refers to.

@@ -9,6 +9,8 @@ use std::f32::consts::PI;
 use glam::{DVec3, Mat3, Vec3};
 
 use super::environment::{Environment, Layout};
+use super::linking::LinkRequests;
+use super::linking::labels::Labels;
 use super::spot::cone_power;
 use super::{AreaLight, DistantLight, InfiniteLight, Lights, PointLight, SpotLight};
 use crate::film::image::{Encoding, Image, read_image};
@@ -55,7 +57,7 @@ struct Builder<'a> {
 impl Lights {
     /// The lights of `scene`: first one for each of `emitters` (a shape and its place in [`SceneDescription::area_lights`]), in that
     /// order, dark where the shape cannot emit; then the `LightSource` directives of supported types. With `strict`, what would be
-    /// left out is an error.
+    /// left out is an error. `links` is what the scene's objects ask for.
     ///
     /// Call [`Lights::set_scene_bounds`] afterwards, and [`Lights::set_opacity`] and [`Lights::set_invisible`] where they apply.
     pub fn build(
@@ -63,18 +65,30 @@ impl Lights {
         geometry: &Geometry,
         space: &RenderSpace,
         emitters: &[(ShapeId, u32)],
+        links: &LinkRequests,
         strict: bool,
         warnings: &mut Warnings,
     ) -> Result<Self> {
+        let mut labels = Labels::of_areas(scene)?;
         let (tally, lights) = (Tally::default(), Self::default());
         let mut builder = Builder { scene, geometry, space, strict, tally, warnings, lights };
         builder.area_lights(emitters)?;
+        for (place, &(_, entity)) in emitters.iter().enumerate() {
+            labels.set(place, labels.area(entity));
+        }
         for light in &scene.lights {
+            let label = labels.read(&light.entity.params)?;
+            let place = builder.lights.len();
             builder.light(light)?;
+            // Not if it was left out.
+            if builder.lights.len() > place {
+                labels.set(place, label);
+            }
             light.entity.params.warn_unused(builder.warnings);
         }
         builder.tally.flush(builder.warnings);
         let mut lights = builder.lights;
+        lights.set_linking(labels.link(links, strict, warnings)?);
         lights.points.shrink_to_fit();
         lights.spots.shrink_to_fit();
         lights.others.shrink_to_fit();

@@ -87,9 +87,9 @@ impl Emitter {
     /// The contribution at `receiver`.
     pub(super) fn at(&self, receiver: &Receiver) -> f32 {
         match *receiver {
-            Receiver::Medium { p } => self.contribution(Kind::Medium, p, Vec3::ZERO),
-            Receiver::Surface { p, ns, two_sided: false } => self.contribution(Kind::OneSided, p, ns),
-            Receiver::Surface { p, ns, two_sided: true } => self.contribution(Kind::TwoSided, p, ns),
+            Receiver::Medium { p, .. } => self.contribution(Kind::Medium, p, Vec3::ZERO),
+            Receiver::Surface { p, ns, two_sided: false, .. } => self.contribution(Kind::OneSided, p, ns),
+            Receiver::Surface { p, ns, two_sided: true, .. } => self.contribution(Kind::TwoSided, p, ns),
         }
     }
 }
@@ -131,9 +131,13 @@ impl EmitterTable {
     /// Appends the contribution of every emitter at `receiver` to `out`.
     pub fn contributions(&self, receiver: &Receiver, out: &mut Vec<f32>) {
         match *receiver {
-            Receiver::Medium { p } => self.fill(out, |e| e.contribution(Kind::Medium, p, Vec3::ZERO)),
-            Receiver::Surface { p, ns, two_sided: false } => self.fill(out, |e| e.contribution(Kind::OneSided, p, ns)),
-            Receiver::Surface { p, ns, two_sided: true } => self.fill(out, |e| e.contribution(Kind::TwoSided, p, ns)),
+            Receiver::Medium { p, .. } => self.fill(out, |e| e.contribution(Kind::Medium, p, Vec3::ZERO)),
+            Receiver::Surface { p, ns, two_sided: false, .. } => {
+                self.fill(out, |e| e.contribution(Kind::OneSided, p, ns))
+            }
+            Receiver::Surface { p, ns, two_sided: true, .. } => {
+                self.fill(out, |e| e.contribution(Kind::TwoSided, p, ns))
+            }
         }
     }
 

@@ -11,6 +11,7 @@ pub mod distant;
 pub mod emitters;
 pub mod environment;
 pub mod infinite;
+pub mod linking;
 pub mod point;
 pub mod sample;
 pub mod selector;
@@ -31,6 +32,7 @@ pub use area::AreaLight;
 pub use distant::DistantLight;
 pub use environment::Environment;
 pub use infinite::InfiniteLight;
+pub use linking::{LinkSet, Linking};
 pub use point::PointLight;
 pub use sample::{LightEnd, LightSample};
 pub use selector::{LightSelector, SelectorKind, SelectorScratch};
@@ -72,11 +74,15 @@ pub enum Receiver {
         ns: Vec3,
         /// Light from behind counts too.
         two_sided: bool,
+        /// The lights that light it.
+        links: LinkSet,
     },
     /// A point in a medium.
     Medium {
         /// Position.
         p: Vec3,
+        /// The lights that light it.
+        links: LinkSet,
     },
 }
 
@@ -84,7 +90,14 @@ impl Receiver {
     /// Its position, render space.
     pub fn p(&self) -> Vec3 {
         match *self {
-            Self::Surface { p, .. } | Self::Medium { p } => p,
+            Self::Surface { p, .. } | Self::Medium { p, .. } => p,
+        }
+    }
+
+    /// The lights that light it.
+    pub fn links(&self) -> LinkSet {
+        match *self {
+            Self::Surface { links, .. } | Self::Medium { links, .. } => links,
         }
     }
 }
@@ -102,6 +115,7 @@ pub struct Lights {
     infinite: Vec<LightId>,
     scene_radius: f32,
     opacity: Option<Arc<dyn Opacity>>,
+    linking: Option<Box<Linking>>,
 }
 
 impl std::fmt::Debug for Lights {
@@ -230,6 +244,22 @@ impl Lights {
         }
     }
 
+    /// Which lights light which objects, where not all light all.
+    pub fn linking(&self) -> Option<&Linking> {
+        self.linking.as_deref()
+    }
+
+    /// Links lights to objects.
+    pub fn set_linking(&mut self, linking: Option<Linking>) {
+        self.linking = linking.map(Box::new);
+    }
+
+    /// Whether the light `id` lights the objects of `set`.
+    #[inline]
+    pub fn is_linked(&self, set: LinkSet, id: LightId) -> bool {
+        self.linking.as_ref().is_none_or(|linking| linking.is_linked(set, id))
+    }
+
     /// A direction from `p` to the light `id` at `time`, drawn with `u` and, for a choice among the light's parts, `u_part`, all in
     /// [0, 1). `None` where nothing arrives. `u_part` is f64 because a mesh may have millions of parts.
     #[inline]
@@ -322,7 +352,7 @@ impl Lights {
         }
     }
 
-    /// Bytes held on the heap.
+    /// Bytes held on the heap, but for [`Lights::linking`].
     pub fn memory(&self) -> usize {
         let area: usize = self.area.iter().filter_map(|l| l.sampler.as_ref()).map(|s| s.memory()).sum();
         let infinite: usize = self.infinites.iter().map(InfiniteLight::memory).sum();

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::geometry::camera::Camera;
 use crate::geometry::{MotionTransform, Shape};
 use crate::integrator::{LightChoice, World};
+use crate::light::Linking;
 use crate::light::selector::LightSelector;
 use crate::medium::Medium;
 
@@ -74,6 +75,11 @@ impl Plan {
             LightChoice::Pilot => (true, format!("cache points over {over}")),
         };
         plan.systems.push(System { name: "light selection", built, reason, bytes: world.light_choice.memory() });
+        let (bytes, reason) = match lights.linking() {
+            None => (0, "no shape names lights".to_owned()),
+            Some(linking) => (linking.memory(), link_counts(linking)),
+        };
+        plan.systems.push(System { name: "light linking", built: lights.linking().is_some(), reason, bytes });
         plan.built("film", "beauty, variance and layers".to_owned(), film_bytes);
         plan
     }
@@ -117,6 +123,12 @@ fn selector_name(selector: &LightSelector) -> &'static str {
         LightSelector::Optimal(_) => "locally optimal",
         LightSelector::Tree(_) => "light tree",
     }
+}
+
+fn link_counts(linking: &Linking) -> String {
+    let sets = counted(linking.set_count(), ["set of lights", "sets of lights"]);
+    let named = counted(linking.named_count(), ["named light", "named lights"]);
+    format!("{sets} by object, {named}, {} exclusive", linking.exclusive_count())
 }
 
 fn counted(count: usize, [one, many]: [&str; 2]) -> String {

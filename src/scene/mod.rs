@@ -11,5 +11,6 @@ pub mod source;
 pub use description::*;
 pub use error::{SceneError, SceneErrorKind, Warning, Warnings};
 pub use params::{Param, ParamSet, ParamValue, TextureOr};
+pub(crate) use pbrt::finish::undefined;
 pub use pbrt::load;
 pub use source::{FileId, Sources, Span};

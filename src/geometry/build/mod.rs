@@ -27,6 +27,8 @@ pub struct ShapeBindings {
     pub alpha: Option<u32>,
     /// See [`Shape::is_boundary`].
     pub is_boundary: bool,
+    /// See [`Shape::links`].
+    pub links: u32,
 }
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
@@ -73,6 +75,7 @@ pub fn build_shape(
         medium_interface: bindings.medium_interface,
         alpha: bindings.alpha,
         is_boundary: bindings.is_boundary,
+        links: bindings.links,
         flip_normal: entity.reverse_orientation != placement.swaps_handedness(),
         kind,
     };

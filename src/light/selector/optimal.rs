@@ -28,6 +28,9 @@ impl Optimal {
         weights.clear();
         self.emitters.contributions(receiver, weights);
         weights.extend(lights.ids().skip(weights.len()).map(|id| lights.contribution(id, receiver)));
+        if let Some(linking) = lights.linking() {
+            linking.clear_unlinked(receiver.links(), weights);
+        }
         sums.clear();
         let mut sum = 0.0f64;
         sums.extend(weights.iter().map(|&weight| {

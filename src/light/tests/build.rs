@@ -62,7 +62,7 @@ fn build(
 ) -> (Result<Lights, Box<SceneError>>, Warnings) {
     let mut warnings = Warnings::default();
     let space = RenderSpace { origin: DVec3::new(100.0, 0.0, 0.0) };
-    (Lights::build(scene, geometry, &space, emitters, strict, &mut warnings), warnings)
+    (Lights::build(scene, geometry, &space, emitters, &Default::default(), strict, &mut warnings), warnings)
 }
 
 #[test]
@@ -124,6 +124,7 @@ fn emitters_that_cannot_be_lights_keep_their_number_and_stay_dark() {
             medium_interface: None,
             alpha: None,
             is_boundary: false,
+            links: 0,
             flip_normal: false,
         });
     }

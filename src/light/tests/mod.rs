@@ -5,6 +5,7 @@
 mod area;
 mod build;
 mod environment;
+mod linking;
 mod punctual;
 mod selectors;
 mod tree;
@@ -103,8 +104,16 @@ fn push(
 ) {
     let id = ShapeId(geometry.shapes.len() as u32);
     let light = Some(id.0);
-    let shape =
-        Shape { kind, material: 0, light, medium_interface: None, alpha: None, is_boundary: false, flip_normal };
+    let shape = Shape {
+        kind,
+        material: 0,
+        light,
+        medium_interface: None,
+        alpha: None,
+        is_boundary: false,
+        links: 0,
+        flip_normal,
+    };
     let light = AreaLight {
         shape: id,
         instance: None,

@@ -33,9 +33,9 @@ fn mixed() -> (Geometry, Lights) {
 }
 
 const RECEIVERS: [Receiver; 3] = [
-    Receiver::Surface { p: Vec3::ZERO, ns: Vec3::Z, two_sided: false },
-    Receiver::Surface { p: Vec3::new(0.1, 0.2, 0.3), ns: Vec3::Y, two_sided: true },
-    Receiver::Medium { p: Vec3::new(-0.5, 0.2, 0.1) },
+    Receiver::Surface { p: Vec3::ZERO, ns: Vec3::Z, two_sided: false, links: LinkSet::ORDINARY },
+    Receiver::Surface { p: Vec3::new(0.1, 0.2, 0.3), ns: Vec3::Y, two_sided: true, links: LinkSet::ORDINARY },
+    Receiver::Medium { p: Vec3::new(-0.5, 0.2, 0.1), links: LinkSet::ORDINARY },
 ];
 
 const KINDS: [SelectorKind; 4] =
@@ -131,8 +131,9 @@ fn what_contributes_has_a_positive_contribution() {
         let (geometry, lights) = one(kind, two_sided, round % 2 == 0);
         for _ in 0..50 {
             let (p, ns) = (uniform_sphere(pair(&mut stream)) * 1.5, uniform_sphere(pair(&mut stream)));
-            let contribution = lights.contribution(LightId(0), &Receiver::Surface { p, ns, two_sided: false });
-            let fluence = lights.contribution(LightId(0), &Receiver::Medium { p });
+            let contribution = lights
+                .contribution(LightId(0), &Receiver::Surface { p, ns, two_sided: false, links: LinkSet::ORDINARY });
+            let fluence = lights.contribution(LightId(0), &Receiver::Medium { p, links: LinkSet::ORDINARY });
             assert!(contribution.is_finite() && fluence.is_finite());
             for _ in 0..20 {
                 let u = pair(&mut stream);
@@ -157,7 +158,7 @@ fn far_away_the_contribution_is_the_irradiance() {
     {
         let (geometry, lights) = one(kind, false, false);
         let exact = irradiance(&geometry, &lights, 0, Vec3::ZERO, normal, 20_000, 400).mean as f32;
-        let receiver = Receiver::Surface { p: Vec3::ZERO, ns: normal, two_sided: false };
+        let receiver = Receiver::Surface { p: Vec3::ZERO, ns: normal, two_sided: false, links: LinkSet::ORDINARY };
         let ratio = lights.contribution(LightId(0), &receiver) / exact;
         assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
     }

@@ -250,6 +250,7 @@ fn alpha_is_a_repeatable_probability() {
         medium_interface: None,
         alpha,
         is_boundary: false,
+        links: 0,
         flip_normal: false,
     };
     let geometry = Geometry { shapes: vec![shape(third), shape(mask), shape(None)], ..Geometry::default() };

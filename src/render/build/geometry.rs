@@ -13,6 +13,7 @@ use crate::geometry::build::{MAX_COORDINATE, ShapeBindings, build_shape};
 use crate::geometry::extent::union;
 use crate::geometry::{Geometry, Instance, MotionTransform, Prototype, ShapeId};
 use crate::light::LightId;
+use crate::light::linking::LinkRequests;
 use crate::material::{MaterialId, Materials};
 use crate::math::transform::{Animated, Decomposed, RenderSpace};
 use crate::medium::Medium;
@@ -44,6 +45,7 @@ pub(super) struct GeometryBuilder<'a> {
     space: RenderSpace,
     media: &'a MediaBuilder,
     materials: &'a mut Materials,
+    links: &'a mut LinkRequests,
     strict: bool,
     warnings: &'a mut Warnings,
     /// What was built.
@@ -67,11 +69,12 @@ impl<'a> GeometryBuilder<'a> {
         space: RenderSpace,
         media: &'a MediaBuilder,
         materials: &'a mut Materials,
+        links: &'a mut LinkRequests,
         strict: bool,
         warnings: &'a mut Warnings,
     ) -> Self {
         let (out, spans, boxes, parts, emitters, invisible) = Default::default();
-        Self { scene, space, media, materials, strict, warnings, out, spans, boxes, parts, emitters, invisible }
+        Self { scene, space, media, materials, links, strict, warnings, out, spans, boxes, parts, emitters, invisible }
     }
 
     /// Builds all shapes and instances.
@@ -258,8 +261,9 @@ impl<'a> GeometryBuilder<'a> {
             Some(value) => self.materials.alpha(value, self.scene, self.strict, self.warnings)?,
             None => None,
         };
+        let links = self.links.add(&entity.entity.params)?.0;
         let bindings =
-            ShapeBindings { material: material.0, light: None, medium_interface: interface, alpha, is_boundary };
+            ShapeBindings { material: material.0, light: None, medium_interface: interface, alpha, is_boundary, links };
         let scene = self.scene;
         let resolve = |name: &str| -> PathBuf { scene.resolve(name) };
         let shapes = build_shape(entity, to_space, &resolve, bindings, self.warnings)?;

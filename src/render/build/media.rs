@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::light::LinkSet;
+use crate::light::linking::LinkRequests;
 use crate::material::{MaterialId, Materials};
 use crate::math::transform::RenderSpace;
 use crate::medium::build::build_medium;
@@ -13,6 +15,8 @@ use crate::scene::{MediumEntity, MediumInterface, SceneDescription, SceneError, 
 /// The media that the scene uses, and the interfaces between them.
 pub(super) struct MediaBuilder {
     pub media: Vec<Medium>,
+    /// The lights that light each of them.
+    pub links: Vec<LinkSet>,
     /// How many of them were read from OpenVDB files.
     pub volume_files: usize,
     pub interfaces: Vec<Interface>,
@@ -27,11 +31,18 @@ impl MediaBuilder {
         scene: &SceneDescription,
         materials: &Materials,
         space: &RenderSpace,
+        links: &mut LinkRequests,
         strict: bool,
         warnings: &mut Warnings,
     ) -> Result<Self, RenderError> {
-        let mut built =
-            Self { media: vec![], volume_files: 0, interfaces: vec![], numbers: HashMap::new(), camera: None };
+        let mut built = Self {
+            media: vec![],
+            links: vec![],
+            volume_files: 0,
+            interfaces: vec![],
+            numbers: HashMap::new(),
+            camera: None,
+        };
         let mut ids: HashMap<&str, MediumId> = HashMap::new();
         let shapes = scene.shapes.iter().chain(scene.objects.iter().flat_map(|object| &object.shapes));
         // An opaque surface's media are never seen from within: only boundaries and surfaces that transmit count.
@@ -52,6 +63,7 @@ impl MediaBuilder {
                 return Ok(Some(*id));
             }
             let matrix = space.from_world(&entity.transform.start);
+            built.links.push(links.add(&entity.entity.params)?);
             media.push(build_medium(entity, &matrix, scene, strict, warnings)?);
             let id = MediumId(media.len() as u32 - 1);
             ids.insert(&entity.name, id);

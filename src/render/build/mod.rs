@@ -20,6 +20,7 @@ use super::timing::Timings;
 use crate::geometry::{Backend, Tracer};
 use crate::integrator::{LightChoice, World};
 use crate::light::Lights;
+use crate::light::linking::LinkRequests;
 use crate::light::selector::tree::DEFAULT_SPLITTING;
 use crate::light::selector::{LightSelector, SelectorKind};
 use crate::material::Materials;
@@ -43,11 +44,12 @@ pub fn build_world(
 
     let start = Instant::now();
     let mut materials = Materials::build(scene, settings.strict, warnings)?;
-    let media = MediaBuilder::build(scene, &materials, &space, settings.strict, warnings)?;
+    let mut links = LinkRequests::default();
+    let media = MediaBuilder::build(scene, &materials, &space, &mut links, settings.strict, warnings)?;
     timings.volumes_and_textures = start.elapsed().as_secs_f64();
 
     let start = Instant::now();
-    let mut builder = GeometryBuilder::new(scene, space, &media, &mut materials, settings.strict, warnings);
+    let mut builder = GeometryBuilder::new(scene, space, &media, &mut materials, &mut links, settings.strict, warnings);
     builder.build()?;
     let (geometry, emitters, invisible) = (Arc::new(builder.out), builder.emitters, builder.invisible);
     timings.geometry_load = start.elapsed().as_secs_f64();
@@ -60,7 +62,7 @@ pub fn build_world(
     timings.geometry_build = start.elapsed().as_secs_f64();
 
     let start = Instant::now();
-    let mut lights = Lights::build(scene, &geometry, &space, &emitters, settings.strict, warnings)?;
+    let mut lights = Lights::build(scene, &geometry, &space, &emitters, &links, settings.strict, warnings)?;
     if lights.len() > 1 {
         // The power of distant and infinite lights depends on the scene's size: it matters only in a choice.
         let (low, high) = geometry.bounds();
@@ -82,6 +84,7 @@ pub fn build_world(
         lights,
         light_choice,
         media: media.media,
+        media_links: media.links,
         volume_files: media.volume_files,
         interfaces: media.interfaces,
         camera_regions: Default::default(),

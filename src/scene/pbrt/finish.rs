@@ -75,7 +75,8 @@ fn lookup<'a, T>(names: &'a HashMap<String, T>, name: &str, what: &str, span: Sp
     names.get(name).ok_or_else(|| undefined(what, name, span, names.keys().map(String::as_str)))
 }
 
-fn undefined<'a>(what: &str, name: &str, span: Span, known: impl Iterator<Item = &'a str>) -> Box<SceneError> {
+/// The error of a name that is none of the `known` ones.
+pub fn undefined<'a>(what: &str, name: &str, span: Span, known: impl Iterator<Item = &'a str>) -> Box<SceneError> {
     let mut known: Vec<&str> = known.take(1024).collect();
     known.sort_unstable();
     let error = SceneError::at(span, SceneErrorKind::Undefined(format!("no {what} is called \"{name}\"")));

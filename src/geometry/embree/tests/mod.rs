@@ -78,6 +78,7 @@ pub(super) fn shape(kind: ShapeKind) -> Shape {
         medium_interface: None,
         alpha: None,
         is_boundary: false,
+        links: 0,
         flip_normal: false,
     }
 }
