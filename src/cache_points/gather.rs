@@ -12,7 +12,7 @@ use glam::Vec3;
 
 use super::hierarchy::{Cluster, Hierarchy};
 use super::table::{BINS, OMNIDIRECTIONAL};
-use crate::light::{LightId, LightRef, Lights, LinkSet, Receiver};
+use crate::light::{LightId, LightRef, Lights, Receiver};
 
 /// The share of the energy that is looked into.
 pub const ENERGY: f32 = 0.97;
@@ -84,7 +84,7 @@ impl Ord for Waiting {
 
 /// Goes down the hierarchy at `place`; at most `most` entries (and one more).
 pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Place, most: usize) -> Gathered {
-    let receiver = Receiver::Medium { p: place.p, links: LinkSet::ORDINARY };
+    let receiver = Receiver::medium(place.p);
     let mut waiting: BinaryHeap<Waiting> = BinaryHeap::new();
     let mut found: Vec<(f32, LightId, Cluster)> = vec![];
     // Energy of single lights, and of clusters not looked into.
@@ -123,7 +123,7 @@ pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Place, most: 
 /// sensor keeps counts for all of them.
 pub fn by_lists(hierarchy: &Hierarchy, lights: &Lights, leaves: &[(LightId, Cluster)], place: Place) -> Gathered {
     let (near, mut far): (Vec<_>, Vec<_>) = leaves.iter().partition(|(light, _)| is_near(lights, *light, place));
-    let energy = |light| lights.contribution(light, &Receiver::Medium { p: place.p, links: LinkSet::ORDINARY });
+    let energy = |light| lights.contribution(light, &Receiver::medium(place.p));
     let near = strongest(near.into_iter().map(|&(light, cluster)| (energy(light), cluster)).collect());
     far.extend(leaves.iter().filter(|(light, cluster)| is_near(lights, *light, place) && !contains(&near, cluster)));
     let mut far: Vec<([f32; BINS], Cluster)> =
@@ -161,9 +161,9 @@ fn contains(sorted: &[Cluster], cluster: &Cluster) -> bool {
 pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec3) -> [f32; BINS] {
     std::array::from_fn(|bin| {
         let receiver = if bin == OMNIDIRECTIONAL {
-            Receiver::Medium { p, links: LinkSet::ORDINARY }
+            Receiver::medium(p)
         } else {
-            Receiver::Surface { p, ns: PLANES[bin], two_sided: false, links: LinkSet::ORDINARY }
+            Receiver::surface(p, PLANES[bin], false)
         };
         hierarchy.energy(lights, cluster, &receiver)
     })

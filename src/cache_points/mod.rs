@@ -32,7 +32,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::light::selector::Uniform;
-use crate::light::{LightId, Lights, LinkSet, Receiver};
+use crate::light::{LightId, Lights, Receiver};
 use blur::BlurWeights;
 use gather::{Gathered, Gathering, MOST, Place, by_hierarchy, by_lists, sensors};
 use hierarchy::{Cluster, Hierarchy};
@@ -214,7 +214,7 @@ fn signature(hierarchy: &Hierarchy, lights: &Lights, place: Place) -> Signature 
     clusters.sort_unstable_by_key(|cluster| cluster.key);
     // Going down may end with one cluster more than asked for.
     clusters.truncate(SIGNATURE);
-    let receiver = Receiver::Medium { p: place.p, links: LinkSet::ORDINARY };
+    let receiver = Receiver::medium(place.p);
     let energies: Vec<f32> = clusters.iter().map(|cluster| hierarchy.energy(lights, cluster, &receiver)).collect();
     let total: f64 = energies.iter().map(|&e| f64::from(e)).sum();
     let share = |energy: f32| if total > 0.0 { (f64::from(energy) / total) as f32 } else { 0.0 };

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::seed::{Candidate, scatter_in_boxes};
 use super::*;
 use crate::light::selector::choice;
-use crate::light::{DistantLight, InfiniteLight, LightId, LinkSet, PointLight, SpotLight};
+use crate::light::{DistantLight, InfiniteLight, LightId, PointLight, SpotLight};
 use crate::math::Rgb;
 use crate::math::chi2::assert_counts;
 use crate::math::sampler::Stream;
@@ -65,8 +65,8 @@ fn receivers(count: usize, seed: u64) -> impl Iterator<Item = Receiver> {
         let p = Vec3::from([(); 3].map(|()| 14.0 * stream.next_f32() - 2.0));
         let ns = uniform_sphere([stream.next_f32(), stream.next_f32()]);
         match i % 3 {
-            0 => Receiver::Medium { p, links: LinkSet::ORDINARY },
-            k => Receiver::Surface { p, ns, two_sided: k == 2, links: LinkSet::ORDINARY },
+            0 => Receiver::medium(p),
+            k => Receiver::surface(p, ns, k == 2),
         }
     })
 }
@@ -189,7 +189,7 @@ fn extremes_stay_finite() {
         let mut cache = build(&lights, settings(gathering, visibility));
         teach(&mut cache, &lights, 2, |_| true);
         let mut scratch = CacheScratch::default();
-        let there = [5.0, 1e18].map(|x| Receiver::Medium { p: Vec3::splat(x), links: LinkSet::ORDINARY });
+        let there = [5.0, 1e18].map(|x| Receiver::medium(Vec3::splat(x)));
         for receiver in receivers(50, 8).chain(there) {
             cache.prepare(&lights, &receiver, &mut scratch);
             let sum: f64 = lights.ids().map(|id| f64::from(cache.pmf(&lights, id, &scratch))).sum();

@@ -87,6 +87,16 @@ pub enum Receiver {
 }
 
 impl Receiver {
+    /// A point in a medium that every ordinary light lights.
+    pub fn medium(p: Vec3) -> Self {
+        Self::Medium { p, links: LinkSet::ORDINARY }
+    }
+
+    /// A point on a surface that every ordinary light lights.
+    pub fn surface(p: Vec3, ns: Vec3, two_sided: bool) -> Self {
+        Self::Surface { p, ns, two_sided, links: LinkSet::ORDINARY }
+    }
+
     /// Its position, render space.
     pub fn p(&self) -> Vec3 {
         match *self {

@@ -51,9 +51,9 @@ fn strength(stream: &mut Stream) -> f32 {
 fn receiver(stream: &mut Stream) -> Receiver {
     let (p, ns) = (place(stream) * 1.3, uniform_sphere(pair(stream)));
     match (stream.next_f32() * 3.0) as u32 {
-        0 => Receiver::Medium { p },
-        1 => Receiver::Surface { p, ns, two_sided: true },
-        _ => Receiver::Surface { p, ns, two_sided: false },
+        0 => Receiver::medium(p),
+        1 => Receiver::surface(p, ns, true),
+        _ => Receiver::surface(p, ns, false),
     }
 }
 
@@ -194,11 +194,11 @@ fn what_contributes_is_important_all_the_way_down() {
         for _ in 0..300 {
             let at = receiver(&mut stream);
             let (p, ns, two_sided) = match at {
-                Receiver::Medium { p } => (p, None, false),
-                Receiver::Surface { p, ns, two_sided } => (p, Some(ns), two_sided),
+                Receiver::Medium { p, .. } => (p, None, false),
+                Receiver::Surface { p, ns, two_sided, .. } => (p, Some(ns), two_sided),
             };
             let p = p * scale + offset;
-            let at = ns.map_or(Receiver::Medium { p }, |ns| Receiver::Surface { p, ns, two_sided });
+            let at = ns.map_or(Receiver::medium(p), |ns| Receiver::surface(p, ns, two_sided));
             lit += check_path(&Geometry::default(), &lights, &tree, &at, &mut stream);
         }
     }
@@ -299,7 +299,7 @@ fn lights_at_one_spot_make_a_balanced_tree() {
     assert_eq!(check_shape(&tree, ROOT, &mut vec![]), COUNT.ilog2() as usize);
     // From the spot itself and from nearby.
     for at in [Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 3.5)] {
-        let at = Receiver::Medium { p: at };
+        let at = Receiver::medium(at);
         let sum: f64 = lights.ids().map(|id| f64::from(tree.pmf(ROOT, 0, tree.trail(id.0).unwrap_or(0), &at))).sum();
         assert!((sum - 1.0).abs() < 1e-4, "{sum}");
     }
@@ -330,7 +330,7 @@ fn dim_lights_beside_suns_stay_within_reach() {
     lights.add_point(PointLight { p: Vec3::splat(-1e18), intensity: Rgb::splat(f32::MAX) });
     let tree = LightTree::of(&lights).expect("they shine");
     for _ in 0..100 {
-        let at = Receiver::Medium { p: place(&mut stream) };
+        let at = Receiver::medium(place(&mut stream));
         let pmf = |id: LightId| tree.pmf(ROOT, 0, tree.trail(id.0).expect("it shines"), &at);
         let sum: f64 = lights.ids().map(|id| f64::from(pmf(id))).sum();
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");
@@ -384,7 +384,7 @@ fn splitting_goes_from_one_light_to_all() {
     // Of more lights than a cut may have nodes, as many as it may.
     let (_, lights) = many(200, 112);
     let tree = LightTree::of(&lights).expect("some shine");
-    tree.cut(&Receiver::Medium { p: Vec3::ZERO }, Splitting::new(1.0), 1.0, &mut cut);
+    tree.cut(&Receiver::medium(Vec3::ZERO), Splitting::new(1.0), 1.0, &mut cut);
     assert_eq!(cut.len(), MAX_CUT);
 }
 
