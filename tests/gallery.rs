@@ -1,9 +1,12 @@
 //! The project's own scenes: written, written again the same, and rendered, through the program itself.
 
-#[cfg(feature = "openvdb")]
 use std::path::Path;
 
 use assert_cmd::Command;
+
+/// Scenes that need no volumes from files, with a small and a larger number of lights that they can have.
+const PLAIN: [(&str, [u32; 2]); 5] =
+    [("foliage", [16, 700]), ("house", [16, 300]), ("rooms", [16, 75]), ("beams", [1, 40]), ("lamp", [1, 1])];
 
 fn lanternfish() -> Command {
     Command::new(env!("CARGO_BIN_EXE_lanternfish"))
@@ -25,6 +28,64 @@ fn an_unknown_name_is_wrong_usage_and_lists_the_known() {
     assert!(String::from_utf8_lossy(&help.stdout).contains("pier "));
 }
 
+/// Writes a scene with so many lights.
+fn write_scene(name: &str, lights: u32, folder: &Path) {
+    let mut command = lanternfish();
+    command.args(["scene", name, "--lights", &lights.to_string(), "--out"]).arg(folder).assert().success();
+}
+
+/// The names and contents of a folder's files.
+fn files(folder: &Path) -> Vec<(std::ffi::OsString, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry"));
+    let mut files: Vec<_> =
+        entries.map(|entry| (entry.file_name(), std::fs::read(entry.path()).expect("a file"))).collect();
+    files.sort();
+    files
+}
+
+/// How many lights the plan of a scene says that it has, after a render without warnings.
+fn rendered_lights(scene: &Path) -> String {
+    let image = scene.with_extension("exr");
+    let mut command = lanternfish();
+    command.arg("render").arg(scene).arg("-o").arg(image).args(["--resolution", "16x9", "--spp", "1"]);
+    let output = command.args(["--lights", "power"]).output().expect("it runs");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && !text.contains("warning"), "{}: {text}", scene.display());
+    let output = lanternfish().arg("info").arg(scene).output().expect("it runs");
+    let plan = String::from_utf8_lossy(&output.stdout).into_owned();
+    let line = plan.lines().find(|line| line.contains("build     lights ")).unwrap_or_default();
+    line.split_whitespace().nth(2).unwrap_or_default().to_owned()
+}
+
+#[test]
+fn scenes_have_exactly_the_lights_asked_for_and_come_out_the_same_twice() {
+    for (name, counts) in PLAIN {
+        for count in counts {
+            let folders = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
+            for folder in &folders {
+                write_scene(name, count, folder.path());
+            }
+            let [a, b] = folders.each_ref().map(|folder| files(folder.path()));
+            assert!(a == b, "{name} with {count} lights differs from itself");
+            let scene = folders[0].path().join(name).with_extension("pbrt");
+            assert_eq!(rendered_lights(&scene), count.to_string(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_number_of_lights_out_of_range_is_wrong_usage_and_names_the_range() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, lights, range) in [("house", "15", "16 to"), ("beams", "0", "1 to"), ("lamp", "2", "1 light, not 2")] {
+        let mut command = lanternfish();
+        command.args(["scene", name, "--lights", lights, "--out"]).arg(folder.path());
+        let output = command.output().expect("it runs");
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && text.contains(range), "{text}");
+    }
+    assert!(files(folder.path()).is_empty());
+}
+
 #[cfg(not(feature = "openvdb"))]
 #[test]
 fn without_openvdb_a_scene_with_volumes_is_refused() {
@@ -32,6 +93,28 @@ fn without_openvdb_a_scene_with_volumes_is_refused() {
     let output = lanternfish().args(["scene", "pier", "--out"]).arg(folder.path()).output().expect("it runs");
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("feature \"openvdb\""));
+}
+
+#[cfg(feature = "openvdb")]
+#[test]
+fn a_pier_may_have_fewer_lights_or_more() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for count in [16, 400, 778, 3000] {
+        write_scene("pier", count, folder.path());
+        assert_eq!(rendered_lights(&folder.path().join("pier.pbrt")), count.to_string());
+    }
+    // With as many as it has by itself it is the same.
+    let [a, b] = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
+    write_pier(a.path());
+    write_scene("pier", 777, b.path());
+    let text = |folder: &Path| std::fs::read(folder.join("pier.pbrt")).expect("it was written");
+    assert!(text(a.path()) == text(b.path()));
+    write_scene("pier", 3000, a.path());
+    write_scene("pier", 3000, b.path());
+    for name in ["pier.pbrt", "town0.pbrt"] {
+        let read = |folder: &Path| std::fs::read(folder.join(name)).expect("it was written");
+        assert!(read(a.path()) == read(b.path()), "{name} differs");
+    }
 }
 
 #[cfg(feature = "openvdb")]

@@ -160,11 +160,8 @@ fn contains(sorted: &[Cluster], cluster: &Cluster) -> bool {
 /// What each sensor at `p` receives of a cluster, unoccluded.
 pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec3) -> [f32; BINS] {
     std::array::from_fn(|bin| {
-        let receiver = if bin == OMNIDIRECTIONAL {
-            Receiver::medium(p)
-        } else {
-            Receiver::surface(p, PLANES[bin], false)
-        };
+        let receiver =
+            if bin == OMNIDIRECTIONAL { Receiver::medium(p) } else { Receiver::surface(p, PLANES[bin], false) };
         hierarchy.energy(lights, cluster, &receiver)
     })
 }
