@@ -3,7 +3,9 @@
 //!
 //! **Ours:** the best probability of a light seen a share R of the time is proportional to its unoccluded contribution times √R, by the
 //! second moment of what a try gives (the paper's threshold leaves all above 4 % alone). R is estimated from the point's own counts
-//! and its neighbours' (weighted as in the blur), on top of a prior, so that few tries do not mislead.
+//! and its neighbours' (weighted as in the blur), on top of a prior, so that few tries do not mislead. The prior of a light is what is known of
+//! the clusters of the light hierarchy that it belongs to: after some tries at the lights of the next room, all of them are known to be
+//! hidden.
 
 use rayon::prelude::*;
 
@@ -22,13 +24,17 @@ pub enum VisibilityRule {
     Off,
     /// The paper's: W = (R / 0.04)² below R = 4 %, else 1, blurred.
     Threshold,
-    /// W = √R, R with a prior and blurred.
-    #[default]
+    /// W = √R, R of each entry for itself, with a prior and blurred.
     Root,
+    /// W = √R, the prior of R being that of the clusters around.
+    #[default]
+    Clusters,
 }
 
-/// The prior of R for [`VisibilityRule::Root`]: as if so many tries had been made, with these successes.
-const PRIOR: [f32; 2] = [1.0, 0.5];
+/// How many tries a prior counts as.
+const PRIOR_TRIES: f32 = 1.0;
+/// The prior where nothing is known.
+const PRIOR: f32 = 0.5;
 
 /// Attempts and successes as they count for one entry, neighbours included.
 type Tally = [f32; 2];
@@ -41,13 +47,31 @@ impl VisibilityRule {
             Self::Off => 1.0,
             Self::Threshold if r <= R_MIN => (r / R_MIN).powi(2),
             Self::Threshold => 1.0,
-            Self::Root => root([attempts as f32, successes as f32]),
+            Self::Root | Self::Clusters => posterior([attempts as f32, successes as f32], PRIOR).sqrt(),
         }
     }
 }
 
-fn root([attempts, successes]: Tally) -> f32 {
-    ((successes + PRIOR[1]) / (attempts + PRIOR[0])).sqrt().min(1.0)
+/// R after these counts where it was `prior` before.
+fn posterior([attempts, successes]: Tally, prior: f32) -> f32 {
+    ((successes + PRIOR_TRIES * prior) / (attempts + PRIOR_TRIES)).min(1.0)
+}
+
+/// R of each entry with its clusters as priors: from the whole list down the hierarchy, what is known of a part goes on from what is known of
+/// the whole. `sums` are the running sums of the entries' tallies, from 0 on.
+fn descend(entries: &[Cluster], sums: &[[f64; 2]], prior: f32, out: &mut Vec<f32>) {
+    let (Some(first), Some(last), count) = (entries.first(), entries.last(), entries.len()) else { return };
+    let tally = [0, 1].map(|k| (sums[count][k] - sums[0][k]) as f32);
+    let r = posterior(tally, prior);
+    if count == 1 {
+        out.push(r);
+        return;
+    }
+    // The highest turn that not all of them share.
+    let turn = 63 - (first.key ^ last.key).leading_zeros();
+    let middle = entries.partition_point(|entry| entry.key >> turn & 1 == 0);
+    descend(&entries[..middle], &sums[..=middle], r, out);
+    descend(&entries[middle..], &sums[middle..], r, out);
 }
 
 /// The blurred weights of one list of entries; `entries` gives the clusters and counters of any point's list.
@@ -73,7 +97,7 @@ fn weights<'a>(
             }
             sums.into_iter().map(|[sum, weight]| sum / weight).collect()
         }
-        VisibilityRule::Root => {
+        VisibilityRule::Root | VisibilityRule::Clusters => {
             let counts = |c: &Counter| c.get().map(|n| n as f32);
             let mut tallies: Vec<Tally> = counters.iter().map(counts).collect();
             for &(neighbour, weight) in blur.of(point) {
@@ -85,7 +109,18 @@ fn weights<'a>(
                     }
                 });
             }
-            tallies.into_iter().map(root).collect()
+            if rule == VisibilityRule::Root {
+                return tallies.into_iter().map(|tally| posterior(tally, PRIOR).sqrt()).collect();
+            }
+            let mut sums = vec![[0.0; 2]];
+            sums.extend(tallies.iter().scan([0.0; 2], |sum, tally| {
+                *sum = [sum[0] + f64::from(tally[0]), sum[1] + f64::from(tally[1])];
+                Some(*sum)
+            }));
+            let mut shares = Vec::with_capacity(own.len());
+            descend(own, &sums, PRIOR, &mut shares);
+            shares.iter_mut().for_each(|r| *r = r.sqrt());
+            shares
         }
     }
 }
@@ -130,7 +165,12 @@ pub fn running_sums(energy: &[[f32; BINS]], visibility: &[f32]) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
+    use super::super::hierarchy::Hierarchy;
     use super::*;
+    use crate::light::{Lights, PointLight};
+    use crate::math::Rgb;
 
     #[test]
     fn the_papers_rule() {
@@ -144,9 +184,34 @@ mod tests {
 
     #[test]
     fn the_root_rule_never_reaches_zero() {
-        assert!((root([0.0, 0.0]) - 0.5f32.sqrt()).abs() < 1e-6);
-        assert!((root([1e6, 25e4]) - 0.5).abs() < 1e-3);
-        let hidden = root([u32::MAX as f32, 0.0]);
+        assert_eq!(VisibilityRule::Root.own([0, 0]), 0.5f32.sqrt());
+        assert!((VisibilityRule::Root.own([1_000_000, 250_000]) - 0.5).abs() < 1e-3);
+        let hidden = VisibilityRule::Root.own([u32::MAX, 0]);
         assert!(hidden > 0.0 && hidden < 1e-4, "{hidden}");
+    }
+
+    #[test]
+    fn what_is_known_of_a_cluster_is_expected_of_its_lights() {
+        let mut lights = Lights::default();
+        // Two clusters of four.
+        for i in 0..8 {
+            let p = Vec3::X * (i + 1000 * (i / 4)) as f32;
+            lights.add_point(PointLight { p, intensity: Rgb::WHITE });
+        }
+        let hierarchy = Hierarchy::new(&lights);
+        let mut entries: Vec<Cluster> =
+            lights.ids().map(|id| hierarchy.leaf(&lights, id).expect("it shines")).collect();
+        entries.sort_unstable_by_key(|entry| entry.key);
+        // One light of each is known: hidden here, visible there.
+        let tallies = [[50.0, 0.0], [0.0; 2], [0.0; 2], [0.0; 2], [50.0, 50.0], [0.0; 2], [0.0; 2], [0.0; 2]];
+        let mut sums = vec![[0.0; 2]];
+        tallies
+            .iter()
+            .for_each(|t: &[f64; 2]| sums.push([sums[sums.len() - 1][0] + t[0], sums[sums.len() - 1][1] + t[1]]));
+        let mut r = vec![];
+        descend(&entries, &sums, PRIOR, &mut r);
+        assert_eq!(r.len(), 8);
+        assert!(r[..4].iter().all(|&r| r < 0.05) && r[4..].iter().all(|&r| r > 0.95), "{r:?}");
+        assert!(r[0] < r[1] && r[4] > r[5], "{r:?}");
     }
 }

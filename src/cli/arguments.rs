@@ -71,7 +71,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub light_candidates: Option<u32>,
     /// Whether and how cache points learn which lights are hidden.
-    #[arg(long, value_enum, default_value_t = VisibilityRule::Root, help_heading = "Cache points")]
+    #[arg(long, value_enum, default_value_t = VisibilityRule::Clusters, help_heading = "Cache points")]
     pub cache_visibility: VisibilityRule,
     /// How the lights of cache points are gathered.
     #[arg(long, value_enum, default_value_t = Gathering::Hierarchy, help_heading = "Cache points")]

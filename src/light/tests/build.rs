@@ -138,7 +138,7 @@ fn a_point_light_may_be_many() {
         assert!(pair[0].0.distance(Vec3::new(0.0, 1.0, 5.0)) < 1e-5, "{pair:?}");
         assert!(pair[1].0.distance(Vec3::new(2.0, 0.0, 5.0)) < 1e-5, "{pair:?}");
     }
-    assert!(warnings.is_empty(), "{:?}", warnings.list());
+    assert!(warnings.list().is_empty(), "{:?}", warnings.list());
     for (params, message) in [
         (vec![at(vec![])], "at least one position"),
         (vec![at(places.clone()), colours(&[1.0; 3])], "one for each of the 2 positions of \"P\", found 3"),
