@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 use std::f32::consts::PI;
 
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DAffine3, DVec3, Mat3, Vec3};
 
 use super::environment::{Environment, Layout};
 use super::spot::cone_power;
@@ -211,6 +211,7 @@ impl Builder<'_> {
             Ok(params.vec3(name)?.map_or(default, |p| Vec3::from(p).as_dvec3()))
         };
         match light.entity.kind.as_str() {
+            "point" if params.has("P") => self.points(params, &to_render)?,
             "point" => {
                 let p = to_render.transform_point3(point("from", DVec3::ZERO)?).as_vec3();
                 let intensity = self.emission(params, "I")? * power_scale(params, 4.0 * PI)?;
@@ -251,6 +252,35 @@ impl Builder<'_> {
                     "supported are point, spot, distant, infinite and diffuse area lights",
                 )?;
             }
+        }
+        Ok(())
+    }
+
+    /// A point light at each position of `P`: all of one intensity, or each of its own.
+    fn points(&mut self, params: &ParamSet, to_render: &DAffine3) -> Result<()> {
+        let positions = params.vec3s("P")?;
+        if positions.is_empty() {
+            return Err(params.wrong("P", "at least one position"));
+        }
+        if params.has("from") {
+            return Err(params.wrong("from", "left out where \"P\" says where the lights are"));
+        }
+        let power = power_scale(params, 4.0 * PI)?;
+        let colours = params.spectra("I")?;
+        let one = if colours.len() <= 1 { Some(self.emission(params, "I")? * power) } else { None };
+        if one.is_none() && colours.len() != positions.len() {
+            let expected = format!("one value, or one for each of the {} positions of \"P\"", positions.len());
+            return Err(params.wrong("I", &format!("{expected}, found {}", colours.len())));
+        }
+        let scale = power * params.float("scale", 1.0)?;
+        self.lights.reserve_points(positions.len());
+        for (i, position) in positions.iter().enumerate() {
+            let p = to_render.transform_point3(Vec3::from(*position).as_dvec3()).as_vec3();
+            let intensity = match one {
+                Some(intensity) => intensity,
+                None => self.non_negative(params, colours[i].to_illuminant() * scale)?,
+            };
+            self.lights.add_point(PointLight { p, intensity });
         }
         Ok(())
     }
@@ -314,7 +344,11 @@ impl Builder<'_> {
     /// The colour parameter `name` (white by default) times `scale`.
     fn emission(&mut self, params: &ParamSet, name: &str) -> Result<Rgb> {
         let colour = params.spectrum(name)?.map_or(Rgb::WHITE, |spectrum| spectrum.to_illuminant());
-        let emission = colour * params.float("scale", 1.0)?;
+        self.non_negative(params, colour * params.float("scale", 1.0)?)
+    }
+
+    /// Emission that must be finite; what of it is negative becomes 0.
+    fn non_negative(&mut self, params: &ParamSet, emission: Rgb) -> Result<Rgb> {
         if !emission.is_finite() {
             let message = format!("the emission of {} is not finite", params.owner);
             return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)));

@@ -183,6 +183,12 @@ impl Lights {
         self.add_handle(Handle::new(POINT, self.points.len() - 1))
     }
 
+    /// Makes room for `count` more point lights.
+    pub fn reserve_points(&mut self, count: usize) {
+        self.points.reserve(count);
+        self.others.reserve(count);
+    }
+
     /// Adds a spot light.
     pub fn add_spot(&mut self, light: SpotLight) -> LightId {
         self.spots.push(light);

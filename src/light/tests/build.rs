@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::{DMat4, DVec3};
 
 use super::*;
+use crate::math::spectrum::Spectrum;
 use crate::math::transform::{Animated, RenderSpace};
 use crate::scene::{
     Entity, FileId, LightEntity, Param, ParamSet, ParamValue, SceneDescription, SceneError, Span, Warnings,
@@ -104,6 +105,49 @@ fn parameters_mean_what_pbrt_means() {
     let said: Vec<&str> = warnings.list().iter().map(|w| w.message.as_str()).collect();
     assert!(said.iter().any(|m| m.contains("goniometric")) && said.iter().any(|m| m.contains("nonsense")), "{said:?}");
     assert!(build(&scene, &geometry, &[], true).0.is_err(), "strict refuses the goniometric light");
+}
+
+#[test]
+fn a_point_light_may_be_many() {
+    let at = |places: Vec<[f32; 3]>| Param::new("P", "point3", ParamValue::Vec3(places), SPAN);
+    let colours = |list: &[f32]| {
+        let list = list.iter().map(|&v| Spectrum::Rgb(Rgb::splat(v))).collect();
+        Param::new("I", "rgb", ParamValue::Spectrum(list), SPAN)
+    };
+    let place = DMat4::from_translation(DVec3::new(100.0, 0.0, 5.0));
+    let places = vec![[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]];
+    let good = scene(
+        vec![
+            light("point", place, vec![at(places.clone()), colours(&[3.0]), float("scale", 2.0)]),
+            light("point", place, vec![at(places.clone()), colours(&[3.0, 4.0]), float("scale", 0.5)]),
+            light("point", place, vec![at(places.clone()), float("power", 4.0 * PI)]),
+        ],
+        vec![],
+    );
+    let (lights, warnings) = build(&good, &Geometry::default(), &[], false);
+    let lights = lights.expect("it is a good scene");
+    let found: Vec<(Vec3, f32)> = lights
+        .ids()
+        .map(|id| match lights.get(id) {
+            LightRef::Point(light) => (light.p, light.intensity[0]),
+            _ => panic!("all are points"),
+        })
+        .collect();
+    assert_eq!(found.iter().map(|(_, intensity)| *intensity).collect::<Vec<_>>(), [6.0, 6.0, 1.5, 2.0, 1.0, 1.0]);
+    for pair in found.chunks_exact(2) {
+        assert!(pair[0].0.distance(Vec3::new(0.0, 1.0, 5.0)) < 1e-5, "{pair:?}");
+        assert!(pair[1].0.distance(Vec3::new(2.0, 0.0, 5.0)) < 1e-5, "{pair:?}");
+    }
+    assert!(warnings.list().is_empty(), "{:?}", warnings.list());
+    for (params, message) in [
+        (vec![at(vec![])], "at least one position"),
+        (vec![at(places.clone()), colours(&[1.0; 3])], "one for each of the 2 positions of \"P\", found 3"),
+        (vec![at(places), point("from", [0.0; 3])], "left out"),
+    ] {
+        let scene = scene(vec![light("point", place, params)], vec![]);
+        let error = build(&scene, &Geometry::default(), &[], false).0.expect_err("it is wrong").to_string();
+        assert!(error.contains(message), "{error}");
+    }
 }
 
 #[test]
