@@ -1,9 +1,11 @@
 //! The project's own scenes: written, written again the same, and rendered, through the program itself.
 
-#[cfg(feature = "openvdb")]
 use std::path::Path;
 
 use assert_cmd::Command;
+
+/// Scenes that need no volumes from files, with a small and a larger number of lights that they can have.
+const PLAIN: [(&str, [u32; 2]); 4] = [("house", [16, 300]), ("rooms", [16, 75]), ("beams", [1, 40]), ("lamp", [1, 1])];
 
 fn lanternfish() -> Command {
     Command::new(env!("CARGO_BIN_EXE_lanternfish"))
@@ -23,6 +25,64 @@ fn an_unknown_name_is_wrong_usage_and_lists_the_known() {
     assert!(text.contains("\"peer\"") && text.contains("pier "), "{text}");
     let help = lanternfish().args(["scene", "--help"]).output().expect("it runs");
     assert!(String::from_utf8_lossy(&help.stdout).contains("pier "));
+}
+
+/// Writes a scene with so many lights.
+fn write_scene(name: &str, lights: u32, folder: &Path) {
+    let mut command = lanternfish();
+    command.args(["scene", name, "--lights", &lights.to_string(), "--out"]).arg(folder).assert().success();
+}
+
+/// The names and contents of a folder's files.
+fn files(folder: &Path) -> Vec<(std::ffi::OsString, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry"));
+    let mut files: Vec<_> =
+        entries.map(|entry| (entry.file_name(), std::fs::read(entry.path()).expect("a file"))).collect();
+    files.sort();
+    files
+}
+
+/// How many lights the plan of a scene says that it has, after a render without warnings.
+fn rendered_lights(scene: &Path) -> String {
+    let image = scene.with_extension("exr");
+    let mut command = lanternfish();
+    command.arg("render").arg(scene).arg("-o").arg(image).args(["--resolution", "16x9", "--spp", "1"]);
+    let output = command.args(["--lights", "power"]).output().expect("it runs");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && !text.contains("warning"), "{}: {text}", scene.display());
+    let output = lanternfish().arg("info").arg(scene).output().expect("it runs");
+    let plan = String::from_utf8_lossy(&output.stdout).into_owned();
+    let line = plan.lines().find(|line| line.contains("build     lights ")).unwrap_or_default();
+    line.split_whitespace().nth(2).unwrap_or_default().to_owned()
+}
+
+#[test]
+fn scenes_have_exactly_the_lights_asked_for_and_come_out_the_same_twice() {
+    for (name, counts) in PLAIN {
+        for count in counts {
+            let folders = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
+            for folder in &folders {
+                write_scene(name, count, folder.path());
+            }
+            let [a, b] = folders.each_ref().map(|folder| files(folder.path()));
+            assert!(a == b, "{name} with {count} lights differs from itself");
+            let scene = folders[0].path().join(name).with_extension("pbrt");
+            assert_eq!(rendered_lights(&scene), count.to_string(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_number_of_lights_out_of_range_is_wrong_usage_and_names_the_range() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, lights, range) in [("house", "15", "16 to"), ("beams", "0", "1 to"), ("lamp", "2", "1 light, not 2")] {
+        let mut command = lanternfish();
+        command.args(["scene", name, "--lights", lights, "--out"]).arg(folder.path());
+        let output = command.output().expect("it runs");
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && text.contains(range), "{text}");
+    }
+    assert!(files(folder.path()).is_empty());
 }
 
 #[cfg(not(feature = "openvdb"))]

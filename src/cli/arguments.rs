@@ -118,6 +118,9 @@ pub struct SceneArguments {
     /// The folder to write it to; made if it is not there.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// How many lights it shall have [default and range: see below].
+    #[arg(long, value_name = "N")]
+    pub lights: Option<u32>,
 }
 
 impl RenderArguments {

@@ -6,15 +6,18 @@ use super::ExitStatus;
 use super::arguments::SceneArguments;
 use super::diagnostics::{print_message, say};
 use super::interrupt::Interrupts;
-use crate::gallery;
+use crate::gallery::{self, GalleryError};
 
-/// The scenes' names and descriptions, a line each.
+/// The scenes' names, descriptions and numbers of lights, a line each.
 pub fn list() -> String {
-    let lines = gallery::SCENES.iter().map(|scene| format!("\n  {:<10} {}", scene.name, scene.description));
+    let lines = gallery::SCENES
+        .iter()
+        .map(|scene| format!("\n  {:<10} {}; {}", scene.name, scene.description, scene.lights_in_words()));
     format!("Scenes:{}", lines.collect::<String>())
 }
 
-/// Runs the command. An unknown name is a usage error that lists the names.
+/// Runs the command. An unknown name is a usage error that lists the names, and so is a number of lights that the scene cannot
+/// have.
 pub fn run(arguments: &SceneArguments) -> ExitStatus {
     let Some(scene) = gallery::find(&arguments.name) else {
         print_message(&format!("no scene is called \"{}\"", arguments.name));
@@ -22,14 +25,14 @@ pub fn run(arguments: &SceneArguments) -> ExitStatus {
         return ExitStatus::Usage;
     };
     Interrupts::listen();
-    match scene.write(&arguments.out) {
+    match scene.write(&arguments.out, arguments.lights) {
         Ok(path) => {
             let _ = writeln!(std::io::stdout(), "{}", path.display());
             ExitStatus::Done
         }
         Err(error) => {
             print_message(&error.to_string());
-            ExitStatus::Failed
+            if matches!(error, GalleryError::Lights { .. }) { ExitStatus::Usage } else { ExitStatus::Failed }
         }
     }
 }

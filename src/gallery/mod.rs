@@ -1,32 +1,77 @@
 //! The project's own scenes, each written by code to a folder: pbrt text, .vdb volumes and PNG textures. Nothing random is
-//! left to chance: the same scene always comes out the same.
+//! left to chance: the same scene with as many lights always comes out the same.
 //!
-//! A scene is a file with a row in [`SCENES`].
+//! A scene is a file or folder with a row in [`SCENES`]. It can be had with any number of lights in its range: with few it is
+//! small and quick to render, with many it shows what a production scene does to light selection.
 
+mod beams;
+mod furniture;
+mod glow;
+mod house;
+mod lamp;
 mod mesh;
 mod pier;
+mod rooms;
 mod text;
+mod wood;
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use crate::system::output::OutputError;
 
 /// A scene that can be written.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct GalleryScene {
     /// Its name on the command line; `name.pbrt` is the file to render.
     pub name: &'static str,
     /// What is to be seen, in a line.
     pub description: &'static str,
-    write: fn(&Path) -> Result<(), GalleryError>,
+    /// How many lights it has unless told otherwise.
+    pub default_lights: u32,
+    /// How many it can have.
+    pub lights: RangeInclusive<u32>,
+    write: fn(&Path, u32) -> Result<(), GalleryError>,
 }
 
 /// Every scene there is.
-pub const SCENES: &[GalleryScene] = &[GalleryScene {
-    name: "pier",
-    description: "a pier at night: several hundred lanterns, fog over the water, a fire on a raft",
-    write: pier::write,
-}];
+pub const SCENES: &[GalleryScene] = &[
+    GalleryScene {
+        name: "pier",
+        description: "a pier at night: lanterns, fog over the water, a fire on a raft",
+        default_lights: pier::DEFAULT_LIGHTS,
+        lights: pier::DEFAULT_LIGHTS..=pier::DEFAULT_LIGHTS,
+        write: |folder, _| pier::write(folder),
+    },
+    GalleryScene {
+        name: "house",
+        description: "a house whose rooms are lit behind doors ajar, seen from its hall; thin mist",
+        default_lights: 4_406,
+        lights: 16..=200_000,
+        write: house::write,
+    },
+    GalleryScene {
+        name: "rooms",
+        description: "a building of closed rooms, cut open towards the street",
+        default_lights: 10_000,
+        lights: 16..=1_000_000,
+        write: rooms::write,
+    },
+    GalleryScene {
+        name: "beams",
+        description: "searchlights over a harbour: narrow spots in a wide, thin haze",
+        default_lights: 24,
+        lights: 1..=10_000,
+        write: beams::write,
+    },
+    GalleryScene {
+        name: "lamp",
+        description: "a table lamp on a desk: one light, no fog, nothing to choose",
+        default_lights: 1,
+        lights: 1..=1,
+        write: |folder, _| lamp::write(folder),
+    },
+];
 
 /// Why a scene could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -34,9 +79,28 @@ pub enum GalleryError {
     /// A file or the folder cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The scene cannot have so many lights, or so few.
+    #[error("the scene \"{name}\" has {}, not {wanted}", in_words(range))]
+    Lights {
+        /// The scene.
+        name: &'static str,
+        /// What was asked for.
+        wanted: u32,
+        /// What it can have.
+        range: RangeInclusive<u32>,
+    },
     /// The scene has volumes and this build cannot write them.
     #[error("this build cannot write .vdb files: build with the cargo feature \"openvdb\"")]
     NoVolumes,
+}
+
+/// `16 to 200000 lights`.
+fn in_words(range: &RangeInclusive<u32>) -> String {
+    match (range.start(), range.end()) {
+        (1, 1) => "1 light".to_owned(),
+        (low, high) if low == high => format!("{low} lights"),
+        (low, high) => format!("{low} to {high} lights"),
+    }
 }
 
 /// The scene called `name`.
@@ -45,14 +109,28 @@ pub fn find(name: &str) -> Option<&'static GalleryScene> {
 }
 
 impl GalleryScene {
-    /// Writes the scene's files to `folder`, which is made if it is not there; returns the file to render. Files of the
-    /// same names are replaced.
+    /// How many lights it has and may have, for lists: `24 lights (1 to 10000)`.
+    pub fn lights_in_words(&self) -> String {
+        let default = in_words(&(self.default_lights..=self.default_lights));
+        if self.lights.start() == self.lights.end() {
+            return default;
+        }
+        format!("{default} ({} to {})", self.lights.start(), self.lights.end())
+    }
+
+    /// Writes the scene's files with `lights` lights, by default as many as it has by itself, to `folder`, which is made if it
+    /// is not there; returns the file to render. Files of the same names are replaced.
     ///
     /// # Errors
-    /// What cannot be written, and builds without OpenVDB for scenes that have volumes.
-    pub fn write(&self, folder: &Path) -> Result<PathBuf, GalleryError> {
+    /// A number of lights out of the scene's range, what cannot be written, and builds without OpenVDB for scenes that have
+    /// volumes.
+    pub fn write(&self, folder: &Path, lights: Option<u32>) -> Result<PathBuf, GalleryError> {
+        let wanted = lights.unwrap_or(self.default_lights);
+        if !self.lights.contains(&wanted) {
+            return Err(GalleryError::Lights { name: self.name, wanted, range: self.lights.clone() });
+        }
         std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error))?;
-        (self.write)(folder)?;
+        (self.write)(folder, wanted)?;
         Ok(folder.join(self.name).with_extension("pbrt"))
     }
 }

@@ -12,6 +12,22 @@ use super::GalleryError;
 use super::mesh::Mesh;
 use crate::system::output::write_atomically;
 
+/// How a scene is looked at.
+pub struct View {
+    /// Where the camera is.
+    pub eye: Vec3,
+    /// What it looks at.
+    pub target: Vec3,
+    /// Degrees across the shorter side.
+    pub fov: f32,
+    /// Exposure: 100 leaves radiance as it is.
+    pub iso: f32,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// The most bounces.
+    pub bounces: u32,
+}
+
 /// pbrt text that grows.
 #[derive(Default)]
 pub struct SceneText(String);
@@ -21,6 +37,59 @@ impl SceneText {
     pub fn add(&mut self, line: fmt::Arguments) {
         // Writing to a string cannot fail.
         let _ = writeln!(self.0, "{line}");
+    }
+
+    /// What goes before the world: a camera with y up, a film that is named after the scene, and `WorldBegin`.
+    pub fn begin(&mut self, name: &str, what: &str, view: &View) {
+        let View { eye, target, fov, iso, samples, bounces } = view;
+        self.add(format_args!("# {what}. Written by `lanternfish scene {name}`; y is up."));
+        self.add(format_args!("LookAt {}  {}  0 1 0", Point(*eye), Point(*target)));
+        self.add(format_args!("Camera \"perspective\" \"float fov\" {fov}"));
+        self.add(format_args!(
+            "Film \"rgb\" \"integer xresolution\" 640 \"integer yresolution\" 360 \"float iso\" {iso} \"string filename\" \"{name}.exr\""
+        ));
+        self.add(format_args!("PixelFilter \"gaussian\""));
+        self.add(format_args!("Sampler \"zsobol\" \"integer pixelsamples\" {samples}"));
+        self.add(format_args!("Integrator \"volpath\" \"integer maxdepth\" {bounces}"));
+        self.add(format_args!("WorldBegin"));
+    }
+
+    /// Named materials that reflect diffusely.
+    pub fn diffuse(&mut self, materials: &[(&str, [f32; 3])]) {
+        for (name, [r, g, b]) in materials {
+            self.add(format_args!(
+                "MakeNamedMaterial \"{name}\" \"string type\" \"diffuse\" \"rgb reflectance\" [{r} {g} {b}]"
+            ));
+        }
+    }
+
+    /// What stands in the block is of the material `name`.
+    pub fn of(&mut self, name: &str, inner: impl FnOnce(&mut Self)) {
+        self.block(|t| {
+            t.add(format_args!("NamedMaterial \"{name}\""));
+            inner(t);
+        });
+    }
+
+    /// A box of the material in force.
+    pub fn cuboid(&mut self, low: Vec3, high: Vec3) {
+        self.mesh(&Mesh::cuboid(low, high, None));
+    }
+
+    /// An even haze in a box: `scattering` and `absorption` per unit length, `g` as of Henyey and Greenstein, and the radiance
+    /// that it tends to by its own glow.
+    pub fn haze(&mut self, [low, high]: [Vec3; 2], scattering: f32, absorption: f32, g: f32, glow: [f32; 3]) {
+        self.add(format_args!("\n# Haze"));
+        self.add(format_args!("MakeNamedMedium \"haze\" \"string type\" \"homogeneous\" \"float g\" {g}"));
+        self.add(format_args!("  \"float sigma_s\" {scattering} \"float sigma_a\" {absorption}"));
+        if glow != [0.0; 3] {
+            let [r, g, b] = glow;
+            self.add(format_args!("  \"rgb Le\" [{r} {g} {b}]"));
+        }
+        self.block(|t| {
+            t.add(format_args!("Material \"interface\" MediumInterface \"haze\" \"\""));
+            t.cuboid(low, high);
+        });
     }
 
     /// Lines between `AttributeBegin` and `AttributeEnd`.
@@ -103,6 +172,12 @@ impl fmt::Display for Point {
     }
 }
 
+/// How many of `total` things go to the place `index` of `places`, as evenly as can be.
+pub fn share(total: u32, places: u32, index: u32) -> u32 {
+    let up_to = |i: u32| (u64::from(total) * u64::from(i) / u64::from(places)) as u32;
+    up_to(index + 1) - up_to(index)
+}
+
 /// Random numbers that are the same each time.
 pub struct Dice(Pcg32);
 
@@ -115,6 +190,16 @@ impl Dice {
     /// Uniform between `low` and `high`.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * (self.0.next_u32() >> 8) as f32 / 16_777_216.0
+    }
+
+    /// Uniform in a box.
+    pub fn within(&mut self, low: Vec3, high: Vec3) -> Vec3 {
+        Vec3::new(self.between(low.x, high.x), self.between(low.y, high.y), self.between(low.z, high.z))
+    }
+
+    /// Whether something of probability `chance` happens.
+    pub fn happens(&mut self, chance: f32) -> bool {
+        self.between(0.0, 1.0) < chance
     }
 
     /// One of `list`, which must not be empty.

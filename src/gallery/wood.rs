@@ -5,8 +5,8 @@ use std::path::Path;
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::{FloatExt, Vec2, Vec3};
 
-use super::super::GalleryError;
-use super::super::text::Dice;
+use super::GalleryError;
+use super::text::Dice;
 use crate::film::image::{Image, write_png};
 
 const WIDTH: usize = 1024;

@@ -3,47 +3,10 @@
 
 use glam::{Vec2, Vec3};
 
+use super::super::glow::{CANDLES, Glow};
 use super::super::mesh::Mesh;
 use super::super::text::{Dice, Number, Point, SceneText, on_rope};
 use super::{BOATS, EDGES, EYE, FIRE, POST_TOP, post_rows};
-
-/// Candles behind paper, in kelvin.
-const CANDLES: [f32; 5] = [1900.0, 2050.0, 2200.0, 2350.0, 2600.0];
-
-/// What a lantern's light is.
-#[derive(Clone, Copy)]
-enum Glow {
-    /// A black body in kelvin.
-    Kelvin(f32),
-    /// Coloured paper.
-    Paper([f32; 3]),
-}
-
-/// Coloured paper; most lanterns have none.
-const PAPERS: [Glow; 4] = [
-    Glow::Paper([1.0, 0.13, 0.04]),
-    Glow::Paper([1.0, 0.3, 0.05]),
-    Glow::Paper([0.2, 0.75, 0.55]),
-    Glow::Paper([0.85, 0.25, 0.5]),
-];
-
-impl Glow {
-    fn throw(dice: &mut Dice, coloured: f32) -> Self {
-        if dice.between(0.0, 1.0) < coloured { dice.pick(&PAPERS) } else { Self::Kelvin(dice.pick(&CANDLES)) }
-    }
-
-    fn area_light(self, t: &mut SceneText, scale: f32) {
-        let scale = Number(scale);
-        match self {
-            Self::Kelvin(kelvin) => {
-                t.add(format_args!("AreaLightSource \"diffuse\" \"blackbody L\" [{kelvin}] \"float scale\" {scale}"));
-            }
-            Self::Paper([r, g, b]) => {
-                t.add(format_args!("AreaLightSource \"diffuse\" \"rgb L\" [{r} {g} {b}] \"float scale\" {scale}"));
-            }
-        }
-    }
-}
 
 /// A paper sphere that hangs at `p`, with its frame.
 fn ball(t: &mut SceneText, p: Vec3, radius: f32, glow: Glow, scale: f32) {

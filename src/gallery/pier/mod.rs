@@ -6,15 +6,17 @@ mod objects;
 #[cfg_attr(not(feature = "openvdb"), path = "no_volumes.rs")]
 mod volumes;
 mod water;
-mod wood;
 
 use std::path::Path;
 
 use glam::Vec3;
 
-use super::GalleryError;
 use super::mesh::Mesh;
 use super::text::{Dice, Number, Point, SceneText};
+use super::{GalleryError, wood};
+
+/// How many lights it has: lanterns, candles, windows, lamps, embers, moon and sky.
+pub const DEFAULT_LIGHTS: u32 = 777;
 
 /// Height of the deck above the water.
 const DECK: f32 = 1.0;
