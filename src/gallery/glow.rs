@@ -83,7 +83,6 @@ impl Glow {
         });
     }
 
-    #[allow(dead_code)]
     /// Points of light, each a light, of radiant intensity `scale`.
     pub fn points(self, t: &mut SceneText, places: &[Vec3], scale: f32) {
         if places.is_empty() {

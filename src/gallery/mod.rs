@@ -5,6 +5,7 @@
 //! small and quick to render, with many it shows what a production scene does to light selection.
 
 mod beams;
+mod foliage;
 mod furniture;
 mod glow;
 mod house;
@@ -42,6 +43,13 @@ pub const SCENES: &[GalleryScene] = &[
         default_lights: pier::DEFAULT_LIGHTS,
         lights: pier::DEFAULT_LIGHTS..=pier::DEFAULT_LIGHTS,
         write: |folder, _| pier::write(folder),
+    },
+    GalleryScene {
+        name: "foliage",
+        description: "a path through a grove: small bulbs among leaves cut out by a texture; mist",
+        default_lights: 38_720,
+        lights: 16..=2_000_000,
+        write: foliage::write,
     },
     GalleryScene {
         name: "house",

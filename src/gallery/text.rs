@@ -116,6 +116,12 @@ impl SceneText {
         });
     }
 
+    /// A triangle mesh with further parameters.
+    pub fn mesh_with(&mut self, mesh: &Mesh, parameters: &str) {
+        self.mesh(mesh);
+        self.add(format_args!("  {parameters}"));
+    }
+
     /// A triangle mesh.
     pub fn mesh(&mut self, mesh: &Mesh) {
         let points = |list: &[Vec3]| list.iter().map(|p| Point(*p).to_string()).collect::<Vec<_>>().join("  ");
@@ -197,6 +203,11 @@ impl Dice {
         Vec3::new(self.between(low.x, high.x), self.between(low.y, high.y), self.between(low.z, high.z))
     }
 
+    /// An index into a list of `count`, which must not be 0.
+    pub fn below(&mut self, count: usize) -> usize {
+        self.0.next_u32() as usize % count
+    }
+
     /// Whether something of probability `chance` happens.
     pub fn happens(&mut self, chance: f32) -> bool {
         self.between(0.0, 1.0) < chance
@@ -204,6 +215,6 @@ impl Dice {
 
     /// One of `list`, which must not be empty.
     pub fn pick<T: Copy>(&mut self, list: &[T]) -> T {
-        list[self.0.next_u32() as usize % list.len()]
+        list[self.below(list.len())]
     }
 }
