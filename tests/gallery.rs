@@ -97,6 +97,28 @@ fn without_openvdb_a_scene_with_volumes_is_refused() {
 
 #[cfg(feature = "openvdb")]
 #[test]
+fn a_pier_may_have_fewer_lights_or_more() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for count in [16, 400, 778, 3000] {
+        write_scene("pier", count, folder.path());
+        assert_eq!(rendered_lights(&folder.path().join("pier.pbrt")), count.to_string());
+    }
+    // With as many as it has by itself it is the same.
+    let [a, b] = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
+    write_pier(a.path());
+    write_scene("pier", 777, b.path());
+    let text = |folder: &Path| std::fs::read(folder.join("pier.pbrt")).expect("it was written");
+    assert!(text(a.path()) == text(b.path()));
+    write_scene("pier", 3000, a.path());
+    write_scene("pier", 3000, b.path());
+    for name in ["pier.pbrt", "town0.pbrt"] {
+        let read = |folder: &Path| std::fs::read(folder.join(name)).expect("it was written");
+        assert!(read(a.path()) == read(b.path()), "{name} differs");
+    }
+}
+
+#[cfg(feature = "openvdb")]
+#[test]
 fn the_pier_is_written_the_same_twice_and_renders_without_warnings() {
     let folders = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
     for folder in &folders {

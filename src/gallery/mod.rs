@@ -39,10 +39,10 @@ pub struct GalleryScene {
 pub const SCENES: &[GalleryScene] = &[
     GalleryScene {
         name: "pier",
-        description: "a pier at night: lanterns, fog over the water, a fire on a raft",
+        description: "a pier at night: lanterns, fog over the water, a fire on a raft; with more, a festival and its town",
         default_lights: pier::DEFAULT_LIGHTS,
-        lights: pier::DEFAULT_LIGHTS..=pier::DEFAULT_LIGHTS,
-        write: |folder, _| pier::write(folder),
+        lights: 16..=10_000_000,
+        write: pier::write,
     },
     GalleryScene {
         name: "foliage",

@@ -1,8 +1,14 @@
 //! The scene `pier`: a timber pier at night hung with paper lanterns, more of them adrift on black water, boats with
 //! lights in their rigging, a far shore, low fog, and a fire in a brazier on a raft. Metres; y is up, the pier runs along z.
+//!
+//! With more lights than that it is a night of festival: see [`festival`].
 
+mod crowd;
+mod fair;
+mod festival;
 mod lanterns;
 mod objects;
+mod town;
 #[cfg_attr(not(feature = "openvdb"), path = "no_volumes.rs")]
 mod volumes;
 mod water;
@@ -17,6 +23,8 @@ use super::{GalleryError, wood};
 
 /// How many lights it has: lanterns, candles, windows, lamps, embers, moon and sky.
 pub const DEFAULT_LIGHTS: u32 = 777;
+/// Those of them that even the smallest version has: moon, sky and what the fire has.
+const FIXED_LIGHTS: u32 = 15;
 
 /// Height of the deck above the water.
 const DECK: f32 = 1.0;
@@ -53,18 +61,26 @@ const BOATS: [Mooring; 10] = [
     (Vec3::new(5.0, 0.0, 36.0), 160.0, false),
 ];
 
-/// Writes every file of the scene.
-pub fn write(folder: &Path) -> Result<(), GalleryError> {
+/// Writes every file of the scene with `lights` lights.
+pub fn write(folder: &Path, lights: u32) -> Result<(), GalleryError> {
     volumes::write_fog(&folder.join("fog.vdb"))?;
     volumes::write_fire(&folder.join("fire.vdb"))?;
     wood::write_texture(&folder.join("planks.png"))?;
     water::text().write(&folder.join("water.pbrt"))?;
-    text().write(&folder.join("pier.pbrt"))
+    let more = lights.saturating_sub(DEFAULT_LIGHTS);
+    // So many lanterns more need less exposure.
+    let iso = if more > 0 { 120 } else { 220 };
+    let mut t = text(lights.saturating_sub(FIXED_LIGHTS), iso);
+    if more > 0 {
+        festival::write(folder, &mut t, more)?;
+    }
+    t.write(&folder.join("pier.pbrt"))
 }
 
-fn text() -> SceneText {
+/// The scene with so many lanterns, of which not all are there if there are few.
+fn text(lanterns: u32, iso: u32) -> SceneText {
     let mut t = SceneText::default();
-    header(&mut t);
+    header(&mut t, iso);
     let mut dice = Dice::new(2024);
     t.add(format_args!("WorldBegin"));
     sky(&mut t);
@@ -77,14 +93,15 @@ fn text() -> SceneText {
     objects::far_shore(&mut t);
     t.add(format_args!("\n# The water's surface\nInclude \"water.pbrt\""));
     fire_lights(&mut t);
-    lanterns::hung(&mut t, &mut dice);
-    lanterns::rigging(&mut t, &mut dice);
-    lanterns::adrift(&mut t, &mut dice);
-    lanterns::houses(&mut t, &mut dice);
+    let mut keep = lanterns::Keep::new(lanterns);
+    lanterns::hung(&mut t, &mut dice, &mut keep);
+    lanterns::rigging(&mut t, &mut dice, &mut keep);
+    lanterns::adrift(&mut t, &mut dice, &mut keep);
+    lanterns::houses(&mut t, &mut dice, &mut keep);
     t
 }
 
-fn header(t: &mut SceneText) {
+fn header(t: &mut SceneText, iso: u32) {
     let target = EYE + Vec3::new(-1.5, -0.33, 17.0);
     t.add(format_args!("# A pier at night. Written by `lanternfish scene pier`; units are metres, y is up."));
     t.add(format_args!("LookAt {}  {}  0 1 0", Point(EYE), Point(target)));
@@ -92,7 +109,7 @@ fn header(t: &mut SceneText) {
         "Camera \"perspective\" \"float fov\" 40 \"float lensradius\" 0.018 \"float focaldistance\" 11.5"
     ));
     t.add(format_args!(
-        "Film \"rgb\" \"integer xresolution\" 640 \"integer yresolution\" 360 \"float iso\" 220 \"string filename\" \"pier.exr\""
+        "Film \"rgb\" \"integer xresolution\" 640 \"integer yresolution\" 360 \"float iso\" {iso} \"string filename\" \"pier.exr\""
     ));
     t.add(format_args!("PixelFilter \"gaussian\""));
     t.add(format_args!("Sampler \"zsobol\" \"integer pixelsamples\" 96"));
