@@ -241,3 +241,17 @@ fn bulbs(t: &mut SceneText, dice: &mut Dice, trees: &[Tree], places: &[Place], c
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ground_faces_up() {
+        let mesh = Ground::new().mesh();
+        for t in mesh.indices.chunks_exact(3) {
+            let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[t[i] as usize]);
+            assert!((b - a).cross(c - a).y > 0.0);
+        }
+    }
+}

@@ -180,3 +180,17 @@ impl Hills {
         House { at, turn: dice.between(-0.3, 0.3), size: dice.between(0.75, 1.3) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hills_face_up() {
+        let mesh = Hills::new().mesh();
+        for t in mesh.indices.chunks_exact(3) {
+            let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[t[i] as usize]);
+            assert!((b - a).cross(c - a).y > 0.0);
+        }
+    }
+}
