@@ -113,8 +113,7 @@ impl Ground {
         const N: u32 = 150;
         let [low, high] = REACH;
         let mut mesh = Mesh::default();
-        // From the far end, so that the mesh faces up.
-        for row in (0..=N).rev() {
+        for row in 0..=N {
             let z = low.z.lerp(high.z, row as f32 / N as f32);
             mesh.positions.extend((0..=N).map(|i| {
                 let x = low.x.lerp(high.x, i as f32 / N as f32);

@@ -158,7 +158,7 @@ impl Hills {
         const ROWS: u32 = 110;
         const ACROSS: u32 = 150;
         let mut mesh = Mesh::default();
-        for row in (0..ROWS).rev() {
+        for row in 0..ROWS {
             let s = row as f32 / (ROWS - 1) as f32;
             let z = DEEP[0].lerp(DEEP[1], s * s);
             mesh.positions.extend((0..ACROSS).map(|i| {
