@@ -99,7 +99,7 @@ fn without_openvdb_a_scene_with_volumes_is_refused() {
 #[test]
 fn a_pier_may_have_fewer_lights_or_more() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for count in [16, 400, 778, 3000] {
+    for count in [16, 778] {
         write_scene("pier", count, folder.path());
         assert_eq!(rendered_lights(&folder.path().join("pier.pbrt")), count.to_string());
     }
@@ -111,6 +111,7 @@ fn a_pier_may_have_fewer_lights_or_more() {
     assert!(text(a.path()) == text(b.path()));
     write_scene("pier", 3000, a.path());
     write_scene("pier", 3000, b.path());
+    assert_eq!(rendered_lights(&a.path().join("pier.pbrt")), "3000");
     for name in ["pier.pbrt", "town0.pbrt"] {
         let read = |folder: &Path| std::fs::read(folder.join(name)).expect("it was written");
         assert!(read(a.path()) == read(b.path()), "{name} differs");

@@ -16,7 +16,7 @@ const MATERIALS: [(&str, [f32; 3]); 9] = [
     ("metal", [0.1, 0.1, 0.11]),
     ("leaves", [0.1, 0.24, 0.07]),
     ("clay", [0.45, 0.2, 0.12]),
-    ("coat", [0.09, 0.1, 0.11]),
+    ("coat", [0.18, 0.17, 0.18]),
 ];
 
 /// The objects `table`, `desk`, `chair`, `sofa`, `bed`, `shelf`, `plant`, `person` and `sitter`, and their materials.

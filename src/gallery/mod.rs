@@ -62,7 +62,7 @@ pub const SCENES: &[GalleryScene] = &[
         name: "rooms",
         description: "a building of closed rooms, cut open towards the street",
         default_lights: 10_000,
-        lights: 16..=1_000_000,
+        lights: 16..=200_000,
         write: rooms::write,
     },
     GalleryScene {

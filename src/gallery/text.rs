@@ -218,3 +218,18 @@ impl Dice {
         list[self.below(list.len())]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_add_up_and_are_even() {
+        for (total, places) in [(0, 1), (5, 7), (7, 5), (4_881_396, 1000), (u32::MAX, 3)] {
+            let shares: Vec<u32> = (0..places).map(|i| share(total, places, i)).collect();
+            assert_eq!(shares.iter().map(|&s| u64::from(s)).sum::<u64>(), u64::from(total));
+            let [least, most] = [shares.iter().min(), shares.iter().max()].map(|s| *s.expect("there are places"));
+            assert!(most - least <= 1, "{total} over {places}: {least} to {most}");
+        }
+    }
+}

@@ -113,8 +113,7 @@ impl Ground {
         const N: u32 = 150;
         let [low, high] = REACH;
         let mut mesh = Mesh::default();
-        // From the far end, so that the mesh faces up.
-        for row in (0..=N).rev() {
+        for row in 0..=N {
             let z = low.z.lerp(high.z, row as f32 / N as f32);
             mesh.positions.extend((0..=N).map(|i| {
                 let x = low.x.lerp(high.x, i as f32 / N as f32);
@@ -238,6 +237,20 @@ fn bulbs(t: &mut SceneText, dice: &mut Dice, trees: &[Tree], places: &[Place], c
             glow.bulbs(t, &list, radius, radiance);
         } else {
             glow.points(t, &list, radiance * std::f32::consts::PI * radius * radius);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ground_faces_up() {
+        let mesh = Ground::new().mesh();
+        for t in mesh.indices.chunks_exact(3) {
+            let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[t[i] as usize]);
+            assert!((b - a).cross(c - a).y > 0.0);
         }
     }
 }

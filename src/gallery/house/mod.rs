@@ -78,7 +78,7 @@ fn text(lights: u32) -> SceneText {
     let eye = Vec3::new(-0.35, 1.55, (plan.end() - 9.2).max(0.35));
     let target = Vec3::new(0.1, 1.35, plan.end());
     let what = "The hall of a house at night; units are metres";
-    t.begin("house", what, &View { eye, target, fov: 52.0, iso: 320.0, samples: 128, bounces: 6 });
+    t.begin("house", what, &View { eye, target, fov: 52.0, iso: 450.0, samples: 128, bounces: 6 });
     let reach = HALL + 2.0 * (WIDE + THICK) + 0.2;
     let top = plan.storeys as f32 * STOREY;
     t.haze(

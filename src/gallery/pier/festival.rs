@@ -154,3 +154,17 @@ fn bonfires(t: &mut SceneText) {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_light_is_lost_between_the_parts() {
+        for more in [1, 2, 9, 100, 12_345, 4_880_619] {
+            let shares = Shares::of(more);
+            let Shares { bulbs, adrift, fair, windows, points } = shares;
+            assert_eq!(bulbs + adrift + fair + windows + points, more);
+        }
+    }
+}

@@ -69,7 +69,7 @@ pub fn write(folder: &Path, lights: u32) -> Result<(), GalleryError> {
     water::text().write(&folder.join("water.pbrt"))?;
     let more = lights.saturating_sub(DEFAULT_LIGHTS);
     // So many lanterns more need less exposure.
-    let iso = if more > 0 { 120 } else { 220 };
+    let iso = if more > 0 { 160 } else { 220 };
     let mut t = text(lights.saturating_sub(FIXED_LIGHTS), iso);
     if more > 0 {
         festival::write(folder, &mut t, more)?;

@@ -158,7 +158,7 @@ impl Hills {
         const ROWS: u32 = 110;
         const ACROSS: u32 = 150;
         let mut mesh = Mesh::default();
-        for row in (0..ROWS).rev() {
+        for row in 0..ROWS {
             let s = row as f32 / (ROWS - 1) as f32;
             let z = DEEP[0].lerp(DEEP[1], s * s);
             mesh.positions.extend((0..ACROSS).map(|i| {
@@ -178,5 +178,19 @@ impl Hills {
         let z = (z / 16.0).round() * 16.0 + 5.0 * self.0.get_noise_2d(3.0 * x, z);
         let at = Vec3::new(x, self.height(x, z), z);
         House { at, turn: dice.between(-0.3, 0.3), size: dice.between(0.75, 1.3) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hills_face_up() {
+        let mesh = Hills::new().mesh();
+        for t in mesh.indices.chunks_exact(3) {
+            let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[t[i] as usize]);
+            assert!((b - a).cross(c - a).y > 0.0);
+        }
     }
 }
