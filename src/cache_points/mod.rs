@@ -34,7 +34,7 @@ use rayon::prelude::*;
 use crate::light::selector::Uniform;
 use crate::light::{LightId, Lights, Receiver};
 use blur::BlurWeights;
-use gather::{Gathered, Gathering, MOST, Place, by_hierarchy, by_lists, sensors};
+use gather::{Gathered, Gathering, Place, by_hierarchy, by_lists, sensors};
 use hierarchy::{Cluster, Hierarchy};
 use learn::VisibilityRule;
 use lookup::NearestPoint;
@@ -53,6 +53,9 @@ pub const FEWEST_CANDIDATES: usize = 10;
 /// Far entries of all points together take at most this many bytes: with many points each gets fewer.
 pub const MOST_BYTES: usize = 1 << 30;
 
+/// Lights and clusters that a point keeps at most where nothing else is asked for.
+pub const DEFAULT_ENTRIES: u32 = 256;
+
 /// Which of the ways there are is taken; each improvement on the paper can be switched off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CacheSettings {
@@ -66,12 +69,14 @@ pub struct CacheSettings {
     pub beams: bool,
     /// Candidates at most; `None` for a number that suits the image.
     pub candidates: Option<u32>,
+    /// Lights and clusters that a point keeps at most, [`gather::FEWEST`] to [`gather::MOST`].
+    pub entries: u32,
 }
 
 impl Default for CacheSettings {
     fn default() -> Self {
         let (gathering, visibility) = Default::default();
-        Self { gathering, visibility, normals: true, beams: true, candidates: None }
+        Self { gathering, visibility, normals: true, beams: true, candidates: None, entries: DEFAULT_ENTRIES }
     }
 }
 
@@ -134,7 +139,7 @@ impl CachePoints {
 
         let positions: Vec<Vec3> = candidates.iter().map(|c| c.p).collect();
         let blur = BlurWeights::new(&positions);
-        let gathered = gather_all(&hierarchy, lights, &positions, &radii, &blur, settings.gathering);
+        let gathered = gather_all(&hierarchy, lights, &positions, &radii, &blur, &settings);
         let near = near_lights(&gathered);
         let mut far = far_lights(&hierarchy, lights, &positions, &gathered);
         statistics.seconds.gather = clock.lap();
@@ -228,11 +233,11 @@ fn gather_all(
     positions: &[Vec3],
     radii: &[f32],
     blur: &BlurWeights,
-    gathering: Gathering,
+    settings: &CacheSettings,
 ) -> Vec<Gathered> {
-    let most = (MOST_BYTES / (FAR_ENTRY * positions.len())).min(MOST);
+    let most = (MOST_BYTES / (FAR_ENTRY * positions.len())).min(settings.entries as usize);
     let places = positions.par_iter().zip(radii).map(|(&p, &radius)| Place { p, radius });
-    match gathering {
+    match settings.gathering {
         Gathering::Hierarchy => places.map(|place| by_hierarchy(hierarchy, lights, place, most)).collect(),
         Gathering::Lists => {
             let leaves: Vec<(LightId, Cluster)> =

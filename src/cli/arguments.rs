@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
-use crate::cache_points::CacheSettings;
 use crate::cache_points::gather::Gathering;
 use crate::cache_points::learn::VisibilityRule;
+use crate::cache_points::{CacheSettings, DEFAULT_ENTRIES};
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
 use crate::render::{Budget, LightSelection, PngOutput, RenderSettings};
@@ -82,6 +82,9 @@ pub struct RenderArguments {
     /// Give narrow beams no cache points of their own.
     #[arg(long, help_heading = "Cache points")]
     pub cache_no_beams: bool,
+    /// Lights and clusters that a cache point keeps at most.
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_ENTRIES, value_parser = clap::value_parser!(u32).range(4..=256), help_heading = "Cache points")]
+    pub cache_entries: u32,
     /// Candidates for cache points at most [default: a number that suits the image, up to 1.1 million].
     #[arg(long, value_name = "N", help_heading = "Cache points")]
     pub cache_candidates: Option<u32>,
@@ -172,6 +175,7 @@ impl RenderArguments {
                 normals: !self.cache_no_normals,
                 beams: !self.cache_no_beams,
                 candidates: self.cache_candidates,
+                entries: self.cache_entries,
             },
             backend: self.backend,
             max_depth: self.max_depth,
