@@ -3,8 +3,9 @@
 use super::*;
 use crate::light::selector::tree::Tree;
 use crate::light::tree::build::{Leaf, MAX_DEPTH};
-use crate::light::tree::split::{MAX_CUT, Splitting};
-use crate::light::tree::{Below, LightBounds, LightTree, ROOT};
+use crate::light::tree::cut::MAX_CUT;
+use crate::light::tree::split::Splitting;
+use crate::light::tree::{Below, Cut, LightBounds, LightTree, ROOT};
 use crate::math::warp::uniform_sphere;
 use crate::scene::Warnings;
 
@@ -359,14 +360,14 @@ fn splitting_goes_from_one_light_to_all() {
     assert!((32..MAX_CUT).contains(&count));
     let tree = LightTree::of(&lights).expect("some shine");
     let mut stream = Stream::from_seed(111);
-    let (mut cut, mut mean) = (vec![], [0.0; 11]);
+    let (mut cut, mut mean) = (Cut::default(), [0.0; 11]);
     for _ in 0..200 {
         let at = receiver(&mut stream);
         for (i, mean) in mean.iter_mut().enumerate() {
-            tree.cut(&at, Splitting::new(0.1 * i as f32), 1.0, &mut cut);
-            *mean += cut.len() as f64 / 200.0;
+            cut.make(&tree, &at, Splitting::new(0.1 * i as f32));
+            *mean += f64::from(cut.draws()) / 200.0;
             if i == 0 {
-                assert_eq!(cut.len(), 1);
+                assert!(cut.draws() <= 1);
             }
             // Dropping nodes that cannot contribute makes some cuts shorter; those at 1 hold exactly the lights that can.
             if i == 10 {
@@ -374,18 +375,18 @@ fn splitting_goes_from_one_light_to_all() {
                     tree.trail(id.0).is_some()
                         && path(&tree, *id).into_iter().all(|node| tree.node(node).importance(&at) > 0.0)
                 });
-                assert_eq!(cut.len(), can.count());
-                assert!(cut.iter().all(|node| matches!(tree.below(node.node), Below::Light(_))));
+                assert_eq!(cut.draws() as usize, can.count());
+                assert!(cut.nodes().iter().all(|node| matches!(tree.below(node.node), Below::Light(_))));
             }
         }
     }
-    println!("nodes by splitting, in tenths: {mean:.2?}");
-    assert!(mean[8] > 1.1 && mean[10] > 10.0 && mean.is_sorted());
+    println!("draws by splitting, in tenths: {mean:.2?}");
+    assert!(mean[5] > 1.1 && mean[10] > 10.0 && mean.is_sorted());
     // Of more lights than a cut may have nodes, as many as it may.
     let (_, lights) = many(200, 112);
     let tree = LightTree::of(&lights).expect("some shine");
-    tree.cut(&Receiver::Medium { p: Vec3::ZERO }, Splitting::new(1.0), 1.0, &mut cut);
-    assert_eq!(cut.len(), MAX_CUT);
+    cut.make(&tree, &Receiver::Medium { p: Vec3::ZERO }, Splitting::new(1.0));
+    assert_eq!(cut.draws() as usize, MAX_CUT);
 }
 
 #[test]
@@ -433,6 +434,15 @@ fn figures() {
             let u = selector::choice(stream.next_f32(), stream.next_f32());
             sum += tree.sample(ROOT, &receiver(&mut stream), u).1;
         }
-        println!("  {:.0} ns a sample ({sum:.0})", start.elapsed().as_secs_f64() * 1e9 / f64::from(SAMPLES));
+        let ns = |start: std::time::Instant| start.elapsed().as_secs_f64() * 1e9 / f64::from(SAMPLES);
+        println!("  {:.0} ns a sample from the root ({sum:.0})", ns(start));
+        let mut cut = Cut::default();
+        let start = std::time::Instant::now();
+        let mut nodes = 0;
+        for _ in 0..SAMPLES {
+            cut.make(&tree, &receiver(&mut stream), Splitting::new(0.0));
+            nodes += cut.nodes().len();
+        }
+        println!("  {:.0} ns a cut of {:.1} nodes", ns(start), nodes as f64 / f64::from(SAMPLES));
     }
 }
