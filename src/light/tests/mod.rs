@@ -5,6 +5,7 @@
 mod area;
 mod build;
 mod environment;
+mod mesh_tree;
 mod punctual;
 mod selectors;
 mod tree;
@@ -105,7 +106,7 @@ fn push(
     let light = Some(id.0);
     let shape =
         Shape { kind, material: 0, light, medium_interface: None, alpha: None, is_boundary: false, flip_normal };
-    let light = AreaLight {
+    let mut light = AreaLight {
         shape: id,
         instance: None,
         radiance,
@@ -113,10 +114,12 @@ fn push(
         invisible: false,
         by_cone: matches!(&shape.kind, ShapeKind::Sphere(s) if round_sphere(s).is_some()),
         sampler: ShapeSampler::new(&shape.kind),
+        parts: None,
         area: extent::area(&shape, None),
         bounds: extent::bounds(&shape, None),
     };
     assert!(light.sampler.is_some());
+    light.build_parts(&shape);
     geometry.shapes.push(shape);
     geometry.top_level.push(id);
     lights.area.push(light);
