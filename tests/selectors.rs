@@ -73,8 +73,8 @@ fn agree(world: &str, spp: u32) {
     let rivals = [
         ("uniform", LightSelection::Uniform, None, 4),
         ("power", LightSelection::Power, None, 4),
-        ("tree", LightSelection::Tree, None, 1),
-        ("tree that splits", LightSelection::Tree, Some(0.9), 1),
+        ("tree", LightSelection::Tree, Some(0.0), 2),
+        ("tree that splits", LightSelection::Tree, Some(0.9), 2),
     ];
     for (name, lights, splitting, factor) in rivals {
         let options = Options { splitting, ..options(lights, factor * spp) };
