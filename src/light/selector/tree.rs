@@ -9,8 +9,9 @@ use crate::light::tree::LightTree;
 use crate::light::tree::split::Splitting;
 use crate::light::{LightId, LightRef, Lights, Receiver};
 
-/// How readily nodes are split where nothing else is asked for.
-pub const DEFAULT_SPLITTING: f32 = 0.0;
+/// How readily nodes are split where nothing else is asked for. In the fog of the scene `pier`, error² × processor time is the same from 0 to
+/// 0.7 and a tenth more at 0.8; over a floor with 5,000 lamps it falls by a factor of 8 from 0 to 0.8 (8 or 16 samples a pixel, differences of two seeds).
+pub const DEFAULT_SPLITTING: f32 = 0.7;
 
 /// The share of light from infinity that is chosen evenly, and the least that it has against the tree: its contribution is an estimate that
 /// may be 0 where there is light. As much is left to the tree.

@@ -3,8 +3,8 @@
 //! It serves two ends. Nodes that the user's number splits ([`super::split`]) have a draw each. And all of them are refined further
 //! by the same criterion at a fixed number: bounds say little about a node that the receiver is in or near, and choices from the top would
 //! have to go through just those. So the nodes of a draw are chosen among by their own importance, all at once, and only then does the choice go on
-//! downwards. This is ours. With 2,000 lights around, the choice of one light has a third of the variance, or half where the lights are in groups, for
-//! twice the time (`cargo test --lib light::tests::tree::figures -- --ignored --nocapture`).
+//! downwards. This is ours. With 2,000 lights around, the choice of one light has a third of the variance, or six tenths where the lights are in groups, for
+//! a little more than twice the time (`cargo test --lib light::tests::tree::figures -- --ignored --nocapture`).
 
 use super::node::Node;
 use super::sample::LEAST;
