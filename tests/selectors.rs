@@ -69,10 +69,16 @@ fn options(lights: LightSelection, spp: u32) -> Options {
 }
 
 fn agree(world: &str, spp: u32) {
-    let render = |lights, spp| image_mean(&shot().render(world, &options(lights, spp)).film);
-    let (mean, error) = render(LightSelection::Optimal, spp);
-    for (name, kind, factor) in [("uniform", LightSelection::Uniform, 4), ("power", LightSelection::Power, 4)] {
-        let (other, other_error) = render(kind, factor * spp);
+    let (mean, error) = image_mean(&shot().render(world, &options(LightSelection::Optimal, spp)).film);
+    let rivals = [
+        ("uniform", LightSelection::Uniform, None, 4),
+        ("power", LightSelection::Power, None, 4),
+        ("tree", LightSelection::Tree, Some(0.0), 2),
+        ("tree that splits", LightSelection::Tree, Some(0.9), 2),
+    ];
+    for (name, lights, splitting, factor) in rivals {
+        let options = Options { splitting, ..options(lights, factor * spp) };
+        let (other, other_error) = image_mean(&shot().render(world, &options).film);
         for c in 0..3 {
             let both = error[c].hypot(other_error[c]);
             println!("{name}: {:.5} ± {:.5} and {:.5} ± {:.5}", mean[c], error[c], other[c], other_error[c]);

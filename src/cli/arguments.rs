@@ -64,7 +64,7 @@ pub struct RenderArguments {
     /// How a light is chosen.
     #[arg(long, value_enum, default_value_t = LightSelection::Auto)]
     pub lights: LightSelection,
-    /// How readily `--lights tree` draws several lights at a vertex: from 0 (never) to 1 (all, 64 at most) [default: 0].
+    /// How readily `--lights tree` draws several lights at a vertex: from 0 (never) to 1 (all, 64 at most) [default: 0.7].
     #[arg(long, value_name = "S", value_parser = fraction)]
     pub splitting: Option<f32>,
     /// From how many candidates, weighed with the BSDF, the light sample of a vertex is resampled; 1 for none.

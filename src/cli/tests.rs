@@ -38,6 +38,8 @@ fn flags_become_settings() {
     assert_eq!(all.film.crop, Some([0.0, 0.5, 0.25, 1.0]));
     assert_eq!(all.png, Some(PngOutput::File("c.png".into())));
     assert!(all.strict && all.quiet);
+    let tree = settings("a.pbrt --lights tree --splitting 0.7").expect("valid");
+    assert_eq!((tree.lights, tree.splitting), (LightSelection::Tree, Some(0.7)));
     assert_eq!(settings("a.pbrt").expect("valid"), RenderSettings::default());
     assert_eq!(settings("a.pbrt --png").expect("valid").png, Some(PngOutput::Beside));
     assert_eq!(settings("a.pbrt --time 1.5").expect("valid").budget, Budget::Time(Duration::from_millis(1500)));
@@ -56,6 +58,8 @@ fn wrong_usage_is_refused_with_exit_code_2() {
         "a.pbrt --error nan",
         "a.pbrt --threads 0",
         "a.pbrt --lights bright",
+        "a.pbrt --splitting 1.5",
+        "a.pbrt --splitting nan",
         "a.pbrt --resolution 0x10",
         "a.pbrt --resolution 10",
         "a.pbrt --crop 0,1,0",

@@ -39,12 +39,8 @@ impl ShapeSampler {
     /// Prepares `kind`. `None` for curves and for shapes without area.
     pub fn new(kind: &ShapeKind) -> Option<Self> {
         let sampler = match kind {
-            ShapeKind::Triangles(mesh) => {
-                Self::over_primitives(mesh.indices.len(), |i| triangle_area_vector(mesh, i).length() * 0.5)
-            }
-            ShapeKind::Bilinear(mesh) => Self::over_primitives(mesh.indices.len(), |i| {
-                patch_corner_elements(&patch_corners(mesh, i)).iter().sum::<f32>() * 0.25
-            }),
+            ShapeKind::Triangles(mesh) => Self::over_primitives(mesh.indices.len(), |i| triangle_area(mesh, i)),
+            ShapeKind::Bilinear(mesh) => Self::over_primitives(mesh.indices.len(), |i| patch_weight(mesh, i)),
             ShapeKind::Sphere(s) => Self { weight: s.phi_max * s.radius * (s.z_max - s.z_min), table: None },
             ShapeKind::Disk(d) => {
                 let squares = d.radius * d.radius - d.inner_radius * d.inner_radius;
@@ -66,6 +62,11 @@ impl ShapeSampler {
     /// where the surface has no normal.
     pub fn sample(&self, shape: &Shape, u: [f32; 2], u_part: f64) -> Option<ShapeSample> {
         let primitive = self.table.as_ref().map_or(0, |table| table.sample(u_part).0);
+        self.sample_on(shape, primitive, u)
+    }
+
+    /// A point on `primitive`, however that was chosen; the density in the result is that for a choice by area.
+    pub fn sample_on(&self, shape: &Shape, primitive: u32, u: [f32; 2]) -> Option<ShapeSample> {
         match &shape.kind {
             ShapeKind::Triangles(mesh) => self.sample_triangle(mesh, shape.flip_normal, primitive, u),
             ShapeKind::Bilinear(mesh) => self.sample_patch(mesh, shape.flip_normal, primitive, u),
@@ -93,6 +94,21 @@ impl ShapeSampler {
             ShapeKind::Disk(disk) => 1.0 / (self.weight * area_scale(&disk.to_shape.matrix3, normal)),
             ShapeKind::Bilinear(_) | ShapeKind::Curves(_) => 0.0,
         }
+    }
+
+    /// The probability with which [`ShapeSampler::sample`] chooses `primitive` of a mesh; 1 for other shapes.
+    #[inline]
+    pub fn share_by_area(&self, shape: &Shape, primitive: u32) -> f32 {
+        match &shape.kind {
+            ShapeKind::Triangles(mesh) => triangle_area(mesh, primitive) / self.weight,
+            ShapeKind::Bilinear(mesh) => patch_weight(mesh, primitive) / self.weight,
+            _ => 1.0,
+        }
+    }
+
+    /// Forgets how to choose primitives, where [`ShapeSampler::sample_on`] is all that is asked for.
+    pub fn forget_choice(&mut self) {
+        self.table = None;
     }
 
     /// Bytes held on the heap.
@@ -196,6 +212,15 @@ pub fn triangle_corners(mesh: &TriangleMesh, primitive: u32) -> [Vec3; 3] {
 pub fn triangle_area_vector(mesh: &TriangleMesh, primitive: u32) -> Vec3 {
     let [p0, p1, p2] = triangle_corners(mesh, primitive);
     (p1 - p0).cross(p2 - p0)
+}
+
+fn triangle_area(mesh: &TriangleMesh, primitive: u32) -> f32 {
+    triangle_area_vector(mesh, primitive).length() * 0.5
+}
+
+/// About the area of a patch: the mean of the corners' area elements.
+fn patch_weight(mesh: &BilinearMesh, primitive: u32) -> f32 {
+    patch_corner_elements(&patch_corners(mesh, primitive)).iter().sum::<f32>() * 0.25
 }
 
 /// The corners of a patch at (0,0), (1,0), (0,1), (1,1).

@@ -157,6 +157,7 @@ impl Builder<'_> {
             invisible: false,
             by_cone: false,
             sampler: None,
+            parts: None,
             area: 0.0,
             bounds: Default::default(),
         };
@@ -205,6 +206,7 @@ impl Builder<'_> {
             self.dark(span, "an area light is too large or too small for its power: it is dark")?;
             (light.radiance, light.sampler) = (Rgb::BLACK, None);
         }
+        light.build_parts(shape);
         Ok(light)
     }
 

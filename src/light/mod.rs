@@ -370,7 +370,7 @@ impl Lights {
 
     /// Bytes held on the heap, but for [`Lights::linking`].
     pub fn memory(&self) -> usize {
-        let area: usize = self.area.iter().filter_map(|l| l.sampler.as_ref()).map(|s| s.memory()).sum();
+        let area: usize = self.area.iter().map(AreaLight::memory).sum();
         let infinite: usize = self.infinites.iter().map(InfiniteLight::memory).sum();
         area + infinite
             + self.area.capacity() * size_of::<AreaLight>()

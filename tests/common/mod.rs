@@ -21,6 +21,8 @@ pub struct Options {
     pub seed: u32,
     pub backend: Backend,
     pub lights: LightSelection,
+    /// How readily the light tree splits; `None` for its default.
+    pub splitting: Option<f32>,
     pub threads: usize,
     /// Resolution and crop in place of the scene's.
     pub film: FilmOverrides,
@@ -33,6 +35,7 @@ impl Default for Options {
             seed: 1,
             backend: Backend::DEFAULT,
             lights: LightSelection::Auto,
+            splitting: None,
             threads: 2,
             film: FilmOverrides::default(),
         }
@@ -50,6 +53,7 @@ pub fn render_file(path: &Path, options: &Options) -> Result<(Outcome, Warnings)
         let settings = RenderSettings {
             backend: Some(options.backend),
             lights: options.lights,
+            splitting: options.splitting,
             film: options.film,
             ..RenderSettings::default()
         };

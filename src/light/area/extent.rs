@@ -150,20 +150,9 @@ fn normals(shape: &Shape, to_render: Option<&Affine3A>) -> (Vec3, f32) {
 fn for_each_normal(shape: &Shape, visit: &mut dyn FnMut(Vec3)) -> Option<()> {
     let sign = if shape.flip_normal { -1.0 } else { 1.0 };
     match &shape.kind {
-        ShapeKind::Triangles(mesh) => {
-            for (i, indices) in mesh.indices.iter().enumerate() {
-                let n = triangle_area_vector(mesh, i as u32);
-                visit(n * oriented(n, indices.iter().map(|&v| mesh.normals.get(v as usize)), sign)?);
-            }
-        }
-        ShapeKind::Bilinear(mesh) => {
-            for (i, indices) in mesh.indices.iter().enumerate() {
-                let corners = patch_corners(mesh, i as u32);
-                // The area vector is bilinear in (u, v), so the corners' ones span it.
-                for uv in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
-                    let n = patch_area_vector(&corners, uv);
-                    visit(n * oriented(n, indices.iter().map(|&v| mesh.normals.get(v as usize)), sign)?);
-                }
+        ShapeKind::Triangles(_) | ShapeKind::Bilinear(_) => {
+            for i in 0..shape.primitive_count() {
+                for_each_primitive_normal(shape, i, visit)?;
             }
         }
         ShapeKind::Disk(disk) => {
@@ -172,6 +161,41 @@ fn for_each_normal(shape: &Shape, visit: &mut dyn FnMut(Vec3)) -> Option<()> {
         ShapeKind::Sphere(_) | ShapeKind::Curves(_) => return None,
     }
     Some(())
+}
+
+/// As [`for_each_normal`], for one primitive of a mesh.
+fn for_each_primitive_normal(shape: &Shape, primitive: u32, visit: &mut dyn FnMut(Vec3)) -> Option<()> {
+    let sign = if shape.flip_normal { -1.0 } else { 1.0 };
+    match &shape.kind {
+        ShapeKind::Triangles(mesh) => {
+            let n = triangle_area_vector(mesh, primitive);
+            let indices = mesh.indices[primitive as usize];
+            visit(n * oriented(n, indices.iter().map(|&v| mesh.normals.get(v as usize)), sign)?);
+        }
+        ShapeKind::Bilinear(mesh) => {
+            let corners = patch_corners(mesh, primitive);
+            let indices = mesh.indices[primitive as usize];
+            // The area vector is bilinear in (u, v), so the corners' ones span it.
+            for uv in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
+                let n = patch_area_vector(&corners, uv);
+                visit(n * oriented(n, indices.iter().map(|&v| mesh.normals.get(v as usize)), sign)?);
+            }
+        }
+        _ => return None,
+    }
+    Some(())
+}
+
+/// The unit normals of one primitive of a mesh, in the shape's space, under a cone (axis, cosine); `None` where it is not known.
+pub fn primitive_normals(shape: &Shape, primitive: u32) -> Option<(Vec3, f32)> {
+    let mut sum = Vec3::ZERO;
+    for_each_primitive_normal(shape, primitive, &mut |n| sum += n)?;
+    let axis = sum.try_normalize()?;
+    let mut cos = 1.0f32;
+    for_each_primitive_normal(shape, primitive, &mut |n| {
+        cos = n.try_normalize().map_or(cos, |n| cos.min(n.dot(axis)));
+    })?;
+    Some((axis, if cos > 1.0 - 1e-6 { 1.0 } else { (cos - 1e-4).max(-1.0) }))
 }
 
 /// The sign that shading normals give `n`, `default` where there are none; `None` where they disagree.

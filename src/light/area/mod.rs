@@ -4,9 +4,11 @@
 //! instance is placed by the instance's transform at the ray's time, so a moving emitter is sampled where rays meet it.
 
 pub mod extent;
+pub mod mesh_tree;
 
 use glam::{Affine3A, Vec3};
 
+use self::mesh_tree::MeshTree;
 use super::{EmitterHit, LightEnd, LightSample};
 use crate::geometry::affine;
 use crate::geometry::sampling::{ShapeSampler, area_scale, round_sphere};
@@ -34,6 +36,8 @@ pub struct AreaLight {
     pub by_cone: bool,
     /// Draws points on it; `None` for what cannot be sampled, which is dark.
     pub sampler: Option<ShapeSampler>,
+    /// Chooses among the primitives of a mesh that has many, instead of the sampler.
+    pub parts: Option<Box<MeshTree>>,
     /// Area in render space, at time 0.
     pub area: f32,
     /// Where it is and which way it faces, over all times.
@@ -58,6 +62,22 @@ impl AreaLight {
     #[inline]
     pub fn emitted(&self, ng: Vec3, wo: Vec3) -> Rgb {
         if self.two_sided || ng.dot(wo) > 0.0 { self.radiance } else { Rgb::BLACK }
+    }
+
+    /// Makes the tree that chooses among the primitives of `shape`, its own, where that pays.
+    pub fn build_parts(&mut self, shape: &Shape) {
+        if let Some(sampler) = &mut self.sampler {
+            self.parts = MeshTree::new(shape, sampler, self.two_sided).map(Box::new);
+            if self.parts.is_some() {
+                sampler.forget_choice();
+            }
+        }
+    }
+
+    /// Bytes held on the heap.
+    pub fn memory(&self) -> usize {
+        let sampler = self.sampler.as_ref().map_or(0, ShapeSampler::memory);
+        sampler + self.parts.as_ref().map_or(0, |parts| parts.memory())
     }
 
     /// Φ = π A L, twice that for both sides.
@@ -89,7 +109,10 @@ impl AreaLight {
         {
             return self.sample_cone(&cone, shape, u);
         }
-        let sample = sampler.sample(shape, u, u_part)?;
+        let sample = match &self.parts {
+            None => sampler.sample(shape, u, u_part)?,
+            Some(parts) => parts.sample(shape, sampler, to_render.as_ref(), p, u, u_part)?,
+        };
         let point = sample.point;
         let (target, p_error, ng, mut pdf_area) = match &to_render {
             None => (point.p, point.p_error, point.ng, point.pdf_area),
@@ -158,7 +181,11 @@ impl AreaLight {
                 sampler.pdf_area(shape, hit.primitive, hit.parameters, normal) / area_scale(&m.matrix3, hit.ng)
             }
         };
-        let pdf = pdf_area * (hit.p - p).length_squared() / hit.ng.dot(wi).abs();
+        let preference = self
+            .parts
+            .as_ref()
+            .map_or(1.0, |parts| parts.preference(shape, sampler, to_render.as_ref(), p, hit.primitive));
+        let pdf = pdf_area * preference * (hit.p - p).length_squared() / hit.ng.dot(wi).abs();
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 }

@@ -7,7 +7,7 @@ pub mod power;
 pub mod tree;
 pub mod uniform;
 
-use super::tree::split::CutNode;
+use super::tree::Cut;
 use super::{LightId, Lights, Receiver};
 use crate::scene::Warnings;
 
@@ -57,7 +57,7 @@ pub struct SelectorScratch {
     /// The vertex, for selectors that ask again for each draw.
     pub(super) receiver: Option<Receiver>,
     /// The nodes of the light tree that lights are drawn from.
-    pub(super) cut: Vec<CutNode>,
+    pub(super) cut: Cut,
     /// The probability of the lights in the tree, where the others have no draw of their own.
     pub(super) tree_share: f32,
 }

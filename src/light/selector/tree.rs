@@ -1,16 +1,17 @@
 //! Lights by a hierarchy: a choice costs as many steps as the tree is deep, and takes position and orientation into account. Source:
 //! Conty Estevez & Kulla, HPG 2018 ([`crate::light::tree`]).
 //!
-//! Light from infinity is not in the tree. It is chosen in proportion to its contribution against the importance of the tree's root, and
-//! where the tree is split it has a draw of its own.
+//! Light from infinity is not in the tree. It is chosen in proportion to its contribution against the importance of the cut through the tree,
+//! and where there are several draws it has one of its own.
 
 use super::SelectorScratch;
-use crate::light::tree::split::{MAX_CUT, Splitting};
-use crate::light::tree::{LightTree, ROOT};
+use crate::light::tree::LightTree;
+use crate::light::tree::split::Splitting;
 use crate::light::{LightId, LightRef, Lights, Receiver};
 
-/// How readily nodes are split where nothing else is asked for.
-pub const DEFAULT_SPLITTING: f32 = 0.0;
+/// How readily nodes are split where nothing else is asked for. In the fog of the scene `pier`, error² × processor time is the same from 0 to
+/// 0.7 and a tenth more at 0.8; over a floor with 5,000 lamps it falls by a factor of 5.5 from 0 to 0.7, of 6 to 0.8 (8 samples a pixel, median of four pairs of seeds).
+pub const DEFAULT_SPLITTING: f32 = 0.7;
 
 /// The share of light from infinity that is chosen evenly, and the least that it has against the tree: its contribution is an estimate that
 /// may be 0 where there is light. As much is left to the tree.
@@ -40,27 +41,20 @@ impl Tree {
         Self { splitting: Splitting::new(splitting), ..self }
     }
 
-    /// Weighs light from infinity against the tree, and cuts the tree.
+    /// Cuts the tree, and weighs light from infinity against it.
     #[inline]
     pub fn prepare(&self, lights: &Lights, receiver: &Receiver, scratch: &mut SelectorScratch) {
         scratch.receiver = Some(*receiver);
-        scratch.cut.clear();
-        scratch.tree_share = 0.0;
-        let Some(tree) = &self.tree else {
-            self.weigh(lights, receiver, scratch);
-            return;
-        };
+        match &self.tree {
+            Some(tree) => scratch.cut.make(tree, receiver, self.splitting),
+            None => scratch.cut.clear(),
+        }
         scratch.tree_share = 1.0;
         if !self.outside.is_empty() {
             let outside = self.weigh(lights, receiver, scratch);
-            let inside = tree.node(ROOT).importance(receiver);
-            let share = inside / (inside + outside);
-            scratch.tree_share = if inside > 0.0 { share.clamp(FLOOR, 1.0 - FLOOR) } else { 0.0 };
+            let inside = scratch.cut.importance();
+            scratch.tree_share = (inside / (inside + outside)).clamp(FLOOR, 1.0 - FLOOR);
         }
-        if scratch.cut.capacity() < MAX_CUT {
-            scratch.cut.reserve_exact(MAX_CUT);
-        }
-        tree.cut(receiver, self.splitting, scratch.tree_share, &mut scratch.cut);
     }
 
     /// The running sums of the weights of light from infinity; returns its contribution.
@@ -79,23 +73,24 @@ impl Tree {
         total.min(f64::from(f32::MAX / 4.0)) as f32
     }
 
-    /// One for each node of the cut; one for light from infinity where that is more than one, or none.
+    /// Those of the cut, and one for light from infinity where that cannot share the only one.
     #[inline]
     pub fn draws(&self, scratch: &SelectorScratch) -> u32 {
-        let nodes = scratch.cut.len();
-        let has_own = nodes != 1 && !self.outside.is_empty();
-        nodes as u32 + u32::from(has_own)
+        let draws = scratch.cut.draws();
+        draws + u32::from(draws != 1 && !self.outside.is_empty())
     }
 
-    /// A light, its probability, and what is left of `u`.
+    /// A light, its probability, and what is left of `u`. `None` where nothing contributes.
     #[inline]
     pub fn sample(&self, draw: u32, mut u: f64, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
-        let (Some(tree), Some(receiver), Some(node)) = (&self.tree, &scratch.receiver, scratch.cut.get(draw as usize))
-        else {
+        let (Some(tree), Some(receiver)) = (&self.tree, &scratch.receiver) else {
             return self.sample_outside(u, 1.0, scratch);
         };
+        if draw >= scratch.cut.draws() {
+            return self.sample_outside(u, 1.0, scratch);
+        }
         let mut share = 1.0;
-        if scratch.cut.len() == 1 && scratch.tree_share < 1.0 {
+        if scratch.cut.draws() == 1 && scratch.tree_share < 1.0 {
             share = scratch.tree_share;
             let split = f64::from(share);
             if u >= split {
@@ -103,7 +98,7 @@ impl Tree {
             }
             u /= split;
         }
-        let (id, pmf, rest) = tree.sample(node.node, receiver, u.min(1.0 - f64::EPSILON));
+        let (id, pmf, rest) = scratch.cut.sample(tree, receiver, draw, u.min(1.0 - f64::EPSILON))?;
         Some((LightId(id), share * pmf, rest))
     }
 
@@ -127,13 +122,12 @@ impl Tree {
     /// How often the draws are expected to choose `id`.
     #[inline]
     pub fn pmf(&self, id: LightId, scratch: &SelectorScratch) -> f32 {
-        let is_shared = scratch.cut.len() == 1;
+        let is_shared = scratch.cut.draws() == 1;
         if let (Some(tree), Some(receiver)) = (&self.tree, &scratch.receiver)
             && let Some(trail) = tree.trail(id.0)
         {
-            let Some(node) = scratch.cut.iter().find(|node| node.holds(trail)) else { return 0.0 };
             let share = if is_shared { scratch.tree_share } else { 1.0 };
-            return if share > 0.0 { share * tree.pmf(node.node, node.depth, trail, receiver) } else { 0.0 };
+            return share * scratch.cut.pmf(tree, receiver, trail);
         }
         match self.outside.binary_search(&id) {
             Ok(index) if index < scratch.sums.len() => {

@@ -6,6 +6,7 @@ mod area;
 mod build;
 mod environment;
 mod linking;
+mod mesh_tree;
 mod punctual;
 mod selectors;
 mod tree;
@@ -111,10 +112,10 @@ fn push(
         medium_interface: None,
         alpha: None,
         is_boundary: false,
-        links: 0,
         flip_normal,
+        links: 0,
     };
-    let light = AreaLight {
+    let mut light = AreaLight {
         shape: id,
         instance: None,
         radiance,
@@ -122,10 +123,12 @@ fn push(
         invisible: false,
         by_cone: matches!(&shape.kind, ShapeKind::Sphere(s) if round_sphere(s).is_some()),
         sampler: ShapeSampler::new(&shape.kind),
+        parts: None,
         area: extent::area(&shape, None),
         bounds: extent::bounds(&shape, None),
     };
     assert!(light.sampler.is_some());
+    light.build_parts(&shape);
     geometry.shapes.push(shape);
     geometry.top_level.push(id);
     lights.area.push(light);

@@ -45,7 +45,8 @@ const KINDS: [SelectorKind; 4] =
 fn lights_are_chosen_as_often_as_their_probability_says() {
     let (_, lights) = mixed();
     for (k, kind) in KINDS.into_iter().enumerate() {
-        let selector = LightSelector::build(kind, &lights, &mut Warnings::default());
+        // One draw a vertex; several are tested with the tree.
+        let selector = LightSelector::build(kind, &lights, &mut Warnings::default()).with_splitting(0.0);
         let mut scratch = SelectorScratch::default();
         for (r, receiver) in RECEIVERS.iter().enumerate() {
             selector.prepare(&lights, receiver, &mut scratch);
@@ -93,7 +94,8 @@ fn every_selector_gives_the_same_light() {
             variance += mean.error().powi(2);
         }
         for kind in KINDS {
-            let selector = LightSelector::build(kind, &lights, &mut Warnings::default());
+            // One draw a vertex; several are tested with the tree.
+            let selector = LightSelector::build(kind, &lights, &mut Warnings::default()).with_splitting(0.0);
             let mut scratch = SelectorScratch::default();
             selector.prepare(&lights, receiver, &mut scratch);
             let mut mean = Mean::default();

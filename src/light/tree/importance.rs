@@ -37,13 +37,38 @@ impl Node {
         let to_light = self.centre - receiver.p();
         let square = to_light.length_squared();
         let radius_squared = self.radius * self.radius;
-        let near = larger(larger(square, radius_squared), f32::MIN_POSITIVE);
-        let cosines = if square <= radius_squared * INSIDE {
-            1.0
+        let outer = larger(larger(square, radius_squared), f32::MIN_POSITIVE);
+        // The mean of 1/d² over a ball is 3/r² at its centre, 3/(2r²) at its surface and 1/d² far away: this follows it to 5 %.
+        let mean_square = if square > radius_squared {
+            square - radius_squared * (1.0 / 3.0)
         } else {
-            self.cosines(receiver, to_light * (1.0 / near.sqrt()), radius_squared / near)
+            (square + radius_squared) * (1.0 / 3.0)
+        };
+        let near = larger(mean_square, f32::MIN_POSITIVE);
+        let sin_squared = radius_squared / outer;
+        let cosines = if square <= radius_squared * INSIDE {
+            self.mean_cosines(receiver)
+        } else {
+            let largest = self.cosines(receiver, to_light * (1.0 / outer.sqrt()), sin_squared);
+            if largest > 0.0 { largest + sin_squared * (self.mean_cosines(receiver) - largest) } else { 0.0 }
         };
         if cosines > 0.0 { (self.energy / near * cosines).clamp(f32::MIN_POSITIVE, MAX_IMPORTANCE) } else { 0.0 }
+    }
+
+    /// The product of both cosines' means over all directions.
+    #[inline(always)]
+    fn mean_cosines(&self, receiver: &Receiver) -> f32 {
+        let received = match *receiver {
+            Receiver::Medium { .. } => 1.0,
+            Receiver::Surface { two_sided: false, .. } => 0.25,
+            Receiver::Surface { two_sided: true, .. } => 0.5,
+        };
+        received
+            * match (self.is_lambertian(), self.is_two_sided()) {
+                (false, _) => 1.0,
+                (true, false) => 0.25,
+                (true, true) => 0.5,
+            }
     }
 
     /// The largest product of the cosines at both ends that the bounds allow, seen from outside the sphere: its centre in the unit

@@ -2,7 +2,7 @@
 //!
 //! Source: Conty Estevez & Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018. Each node bounds where its lights are, which
 //! way they face and how strong they are ([`bounds`]); from that follows how much they may matter at a point
-//! ([`importance`]). A light is chosen from the top down ([`sample`]), or one from each of several nodes ([`split`]).
+//! ([`importance`]). A light is chosen from the top down ([`sample`]), or one from each of several nodes ([`split`], [`cut`]).
 //!
 //! Each light is a leaf. The children of a node lie side by side in one line of a cache ([`node`]): 64 bytes a light, and 8 more for the
 //! way from the root to each light, one bit a level.
@@ -10,6 +10,7 @@
 pub mod bounds;
 pub mod build;
 mod cost;
+pub mod cut;
 pub mod importance;
 pub mod node;
 pub mod sample;
@@ -20,6 +21,7 @@ use self::node::{Node, Pair};
 use super::Lights;
 
 pub use bounds::LightBounds;
+pub use cut::Cut;
 
 /// The index of the root.
 pub const ROOT: u32 = 0;
@@ -67,6 +69,12 @@ impl LightTree {
     #[inline(always)]
     pub fn node(&self, index: u32) -> &Node {
         &self.pairs[(index >> 1) as usize].0[(index & 1) as usize]
+    }
+
+    /// The two nodes below `node`, which is not a leaf.
+    #[inline(always)]
+    pub fn children(&self, node: &Node) -> &[Node; 2] {
+        &self.pairs[node.link as usize].0
     }
 
     /// What is below the node `index`.

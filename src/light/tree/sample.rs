@@ -31,25 +31,28 @@ fn first(pair: &Pair, receiver: &Receiver) -> f32 {
 impl LightTree {
     /// A light below `node`, its probability given the node, and what is left of `u` in [0, 1).
     #[inline]
-    pub fn sample(&self, node: u32, receiver: &Receiver, mut u: f64) -> (u32, f32, f64) {
+    pub fn sample(&self, node: u32, receiver: &Receiver, u: f64) -> (u32, f32, f64) {
         let mut node: &Node = self.node(node);
         let mut pmf = 1.0;
+        // `left` of `width` is what is left of `u`: no division on the way down. The branch lets the processor fetch ahead where it
+        // guesses right, which is quicker than selecting without one.
+        let (mut left, mut width) = (u, 1.0);
         while !node.is_leaf() {
             let pair = &self.pairs[node.link as usize];
             let p = first(pair, receiver);
-            let split = f64::from(p);
-            if u < split {
-                u /= split;
+            let cut = width * f64::from(p);
+            if left < cut {
+                width = cut;
                 pmf *= p;
                 node = &pair.0[0];
             } else {
-                u = (u - split) / (1.0 - split);
+                left -= cut;
+                width -= cut;
                 pmf *= 1.0 - p;
                 node = &pair.0[1];
             }
-            u = u.min(1.0 - f64::EPSILON);
         }
-        (node.link, pmf, u)
+        (node.link, pmf, (left / width).clamp(0.0, 1.0 - f64::EPSILON))
     }
 
     /// The probability with which [`LightTree::sample`] from `node`, `depth` below the root, chooses the light that `trail` leads to, which is below it.
