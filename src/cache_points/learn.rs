@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::blur::{BlurWeights, for_each_overlap};
 use super::hierarchy::Cluster;
-use super::table::{BINS, Counter, FarLights, NearLights, range};
+use super::table::{BINS, Counter, FarLights, NearLights, range, split_lists};
 
 /// R above this is left alone by the paper's rule.
 const R_MIN: f32 = 0.04;
@@ -47,9 +47,19 @@ impl VisibilityRule {
             Self::Off => 1.0,
             Self::Threshold if r <= R_MIN => (r / R_MIN).powi(2),
             Self::Threshold => 1.0,
-            Self::Root | Self::Clusters => posterior([attempts as f32, successes as f32], PRIOR).sqrt(),
+            Self::Root | Self::Clusters => weight(posterior([attempts as f32, successes as f32], PRIOR)),
         }
     }
+}
+
+/// The least W of the √R rules: a light that nearly no place around sees may shine on just this one, and what is drawn too rarely there
+/// comes as a firefly. Measured on the scenes `house` and `rooms`: from 0 to 0.03 the error of all but the worst 1 % of pixels grows by a
+/// fiftieth, that of the worst shrinks by a tenth to a third.
+const LEAST_WEIGHT: f32 = 0.03;
+
+/// W = √R, but not below [`LEAST_WEIGHT`].
+fn weight(r: f32) -> f32 {
+    r.sqrt().max(LEAST_WEIGHT)
 }
 
 /// R after these counts where it was `prior` before.
@@ -110,7 +120,7 @@ fn weights<'a>(
                 });
             }
             if rule == VisibilityRule::Root {
-                return tallies.into_iter().map(|tally| posterior(tally, PRIOR).sqrt()).collect();
+                return tallies.into_iter().map(|tally| weight(posterior(tally, PRIOR))).collect();
             }
             let mut sums = vec![[0.0; 2]];
             sums.extend(tallies.iter().scan([0.0; 2], |sum, tally| {
@@ -119,7 +129,7 @@ fn weights<'a>(
             }));
             let mut shares = Vec::with_capacity(own.len());
             descend(own, &sums, PRIOR, &mut shares);
-            shares.iter_mut().for_each(|r| *r = r.sqrt());
+            shares.iter_mut().for_each(|r| *r = weight(*r));
             shares
         }
     }
@@ -127,40 +137,37 @@ fn weights<'a>(
 
 /// Turns what was learned into the weights that the next iteration selects by.
 pub fn update(rule: VisibilityRule, blur: &BlurWeights, near: &mut NearLights, far: &mut FarLights) {
-    let points = (far.offsets.len() - 1) as u32;
-    near.visibility = (0..points)
-        .into_par_iter()
-        .flat_map_iter(|point| {
-            weights(rule, point, blur, &|p| {
-                let list = range(&near.offsets, p);
-                (&near.clusters[list.clone()], &near.counters[list])
-            })
-        })
-        .collect();
-    let sums: Vec<f32> = (0..points)
-        .into_par_iter()
-        .flat_map_iter(|point| {
-            let entries = |p| {
-                let list = range(&far.offsets, p);
-                (&far.clusters[list.clone()], &far.counters[list])
-            };
-            running_sums(&far.energy[range(&far.offsets, point)], &weights(rule, point, blur, &entries))
-        })
-        .collect();
-    far.sums = sums;
+    let NearLights { offsets, clusters, counters, visibility } = near;
+    split_lists(visibility, offsets, 1).into_par_iter().enumerate().for_each(|(point, out)| {
+        let entries = |p| {
+            let list = range(offsets, p);
+            (&clusters[list.clone()], &counters[list])
+        };
+        out.copy_from_slice(&weights(rule, point as u32, blur, &entries));
+    });
+    let FarLights { offsets, clusters, energy, counters, visibility, sums } = far;
+    sums.resize(BINS * clusters.len(), 0.0);
+    visibility.resize(clusters.len(), 1.0);
+    let lists = split_lists(sums, offsets, BINS).into_par_iter().zip(split_lists(visibility, offsets, 1));
+    lists.enumerate().for_each(|(point, (sums, visibility))| {
+        let entries = |p| {
+            let list = range(offsets, p);
+            (&clusters[list.clone()], &counters[list])
+        };
+        visibility.copy_from_slice(&weights(rule, point as u32, blur, &entries));
+        running_sums(&energy[range(offsets, point as u32)], visibility, sums);
+    });
 }
 
 /// The running sums of energy × W, sensor by sensor.
-pub fn running_sums(energy: &[[f32; BINS]], visibility: &[f32]) -> Vec<f32> {
-    let mut sums = Vec::with_capacity(BINS * energy.len());
-    for bin in 0..BINS {
-        let mut sum = 0.0f64;
-        sums.extend(energy.iter().zip(visibility).map(|(energy, w)| {
-            sum += f64::from(energy[bin] * w);
-            sum as f32
-        }));
+fn running_sums(energy: &[[f32; BINS]], visibility: &[f32], out: &mut [f32]) {
+    let mut sums = [0.0f64; BINS];
+    for (k, (energy, &w)) in energy.iter().zip(visibility).enumerate() {
+        for (bin, sum) in sums.iter_mut().enumerate() {
+            *sum += f64::from(energy[bin] * w);
+            out[bin * visibility.len() + k] = *sum as f32;
+        }
     }
-    sums
 }
 
 #[cfg(test)]
@@ -183,11 +190,10 @@ mod tests {
     }
 
     #[test]
-    fn the_root_rule_never_reaches_zero() {
+    fn the_root_rule_stays_above_zero() {
         assert_eq!(VisibilityRule::Root.own([0, 0]), 0.5f32.sqrt());
         assert!((VisibilityRule::Root.own([1_000_000, 250_000]) - 0.5).abs() < 1e-3);
-        let hidden = VisibilityRule::Root.own([u32::MAX, 0]);
-        assert!(hidden > 0.0 && hidden < 1e-4, "{hidden}");
+        assert_eq!(VisibilityRule::Root.own([u32::MAX, 0]), LEAST_WEIGHT);
     }
 
     #[test]

@@ -45,7 +45,7 @@ use prune::prune_coincident;
 use seed::Candidate;
 pub use select::CacheScratch;
 pub use statistics::CacheStatistics;
-use table::{BINS, Counter, FAR_ENTRY, FarLights, NearLights, OMNIDIRECTIONAL, range};
+use table::{BINS, Counter, FAR_ENTRY, FarLights, NearLights, OMNIDIRECTIONAL, range, split_lists};
 
 /// With fewer candidates than this there is no cache: every vertex asks every light (section 3.1.1).
 pub const FEWEST_CANDIDATES: usize = 10;
@@ -284,34 +284,32 @@ fn near_lights(gathered: &[Gathered]) -> NearLights {
 
 fn far_lights(hierarchy: &Hierarchy, lights: &Lights, positions: &[Vec3], gathered: &[Gathered]) -> FarLights {
     let clusters: Vec<Cluster> = gathered.iter().flat_map(|g| g.far.iter().copied()).collect();
-    let energy = gathered
-        .par_iter()
-        .zip(positions)
-        .flat_map_iter(|(g, &p)| g.far.iter().map(move |cluster| sensors(hierarchy, lights, cluster, p)))
-        .collect();
+    let offsets = offsets(gathered.iter().map(|g| g.far.len()));
+    let mut energy = vec![[0.0; BINS]; clusters.len()];
+    split_lists(&mut energy, &offsets, 1).into_par_iter().enumerate().for_each(|(point, out)| {
+        for (energy, cluster) in out.iter_mut().zip(&clusters[range(&offsets, point as u32)]) {
+            *energy = sensors(hierarchy, lights, cluster, positions[point]);
+        }
+    });
     let counters = clusters.iter().map(|_| Counter::default()).collect();
-    FarLights { offsets: offsets(gathered.iter().map(|g| g.far.len())), clusters, energy, counters, sums: vec![] }
+    FarLights { offsets, clusters, energy, counters, visibility: vec![], sums: vec![] }
 }
 
 /// The far lights' energies averaged over neighbours (section 3.1.5), not in place.
 fn blurred_energy(hierarchy: &Hierarchy, blur: &BlurWeights, far: &FarLights) -> Vec<[f32; BINS]> {
-    let list = |point: u32| range(&far.offsets, point);
-    (0..far.offsets.len() as u32 - 1)
-        .into_par_iter()
-        .flat_map_iter(|point| {
-            let own = list(point);
-            let mut sums = far.energy[own.clone()].to_vec();
-            let mut weights = 1.0;
-            for &(neighbour, weight) in blur.of(point) {
-                let other = list(neighbour);
-                let other = (&far.clusters[other.clone()], &far.energy[other]);
-                blur::add_energy(hierarchy, &far.clusters[own.clone()], &mut sums, other, weight);
-                weights += weight;
-            }
-            sums.iter_mut().flatten().for_each(|energy| *energy = (*energy / weights).min(f32::MAX));
-            sums
-        })
-        .collect()
+    let mut blurred = far.energy.clone();
+    split_lists(&mut blurred, &far.offsets, 1).into_par_iter().enumerate().for_each(|(point, sums)| {
+        let own = &far.clusters[range(&far.offsets, point as u32)];
+        let mut weights = 1.0;
+        for &(neighbour, weight) in blur.of(point as u32) {
+            let other = range(&far.offsets, neighbour);
+            let other = (&far.clusters[other.clone()], &far.energy[other]);
+            blur::add_energy(hierarchy, own, sums, other, weight);
+            weights += weight;
+        }
+        sums.iter_mut().flatten().for_each(|energy| *energy = (*energy / weights).min(f32::MAX));
+    });
+    blurred
 }
 
 /// How many entries each point has in a sensor's list.

@@ -208,6 +208,16 @@ impl CachePoints {
         if weight > 0.0 { Some(weight * below()?) } else { Some(0.0) }
     }
 
+    /// What is known of the visibility of `id` from the vertex last prepared, as the factor W that its weight has.
+    #[inline]
+    pub fn visibility(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> f32 {
+        let (Some(point), Some(key)) = (scratch.point, self.hierarchy.key(lights, id)) else { return 1.0 };
+        if let Some(place) = self.near.find(point, key) {
+            return self.near.visibility[place];
+        }
+        self.far.find(point, key).map_or(1.0, |place| self.far.visibility[place])
+    }
+
     /// Tells what became of a shadow ray to `id` at the vertex last prepared.
     #[inline]
     pub fn record(&self, lights: &Lights, id: LightId, is_visible: bool, scratch: &CacheScratch) {

@@ -58,6 +58,8 @@ pub struct FarLights {
     pub energy: Vec<[f32; BINS]>,
     /// What became of them.
     pub counters: Vec<Counter>,
+    /// Learned visibility weights W.
+    pub visibility: Vec<f32>,
     /// Running sums of energy × W for each sensor: [`BINS`] rows of a point's entries, at [`BINS`] times its offset.
     pub sums: Vec<f32>,
 }
@@ -109,9 +111,20 @@ impl FarLights {
             + size_of_val(&*self.clusters)
             + size_of_val(&*self.energy)
             + size_of_val(&*self.counters)
+            + size_of_val(&*self.visibility)
             + size_of_val(&*self.sums)
     }
 }
 
+/// The list of each point, to be filled: `data` cut up at `offsets`, with `rows` numbers for each entry.
+pub fn split_lists<'a, T>(mut data: &'a mut [T], offsets: &[u32], rows: usize) -> Vec<&'a mut [T]> {
+    let split = |pair: &[u32]| {
+        let (list, rest) = std::mem::take(&mut data).split_at_mut(rows * (pair[1] - pair[0]) as usize);
+        data = rest;
+        list
+    };
+    offsets.windows(2).map(split).collect()
+}
+
 /// Bytes that an entry of [`FarLights`] takes.
-pub const FAR_ENTRY: usize = size_of::<Cluster>() + size_of::<Counter>() + 2 * BINS * size_of::<f32>();
+pub const FAR_ENTRY: usize = size_of::<Cluster>() + size_of::<Counter>() + (1 + 2 * BINS) * size_of::<f32>();

@@ -88,6 +88,9 @@ pub struct RenderArguments {
     /// Candidates for cache points at most [default: a number that suits the image, up to 1.1 million].
     #[arg(long, value_name = "N", help_heading = "Cache points")]
     pub cache_candidates: Option<u32>,
+    /// Write a picture of the cache points over the image, coloured by radius, and a PLY file of the same name.
+    #[arg(long, value_name = "FILE.png", help_heading = "Cache points")]
+    pub debug_cache_points: Option<PathBuf>,
     /// Which library traces rays [default: embree where built in].
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,
@@ -169,6 +172,7 @@ impl RenderArguments {
             lights: self.lights,
             splitting: self.splitting,
             light_candidates: self.light_candidates,
+            debug_cache_points: self.debug_cache_points.clone(),
             cache: CacheSettings {
                 gathering: self.cache_gathering,
                 visibility: self.cache_visibility,

@@ -62,7 +62,9 @@ fn render(
         PngOutput::File(path) => Some(path.as_path()),
         PngOutput::Beside => None,
     });
-    for file in [settings.output.as_deref(), named_png, settings.stats.as_deref()].into_iter().flatten() {
+    let debug = debug_files(settings);
+    let named = [settings.output.as_deref(), named_png, settings.stats.as_deref()];
+    for file in named.into_iter().flatten().chain(debug.iter().map(PathBuf::as_path)) {
         check_writable(file)?;
     }
     let threads = settings.threads.unwrap_or(0);
@@ -80,8 +82,8 @@ fn render(
         let (mut job, named) = prepared?;
         let output = settings.output_path(path, job.film.filename.as_deref());
         let png = settings.png_path(&output);
-        let outputs: Vec<&Path> =
-            [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()].into_iter().flatten().collect();
+        let images = [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()];
+        let outputs: Vec<&Path> = images.into_iter().flatten().chain(debug.iter().map(PathBuf::as_path)).collect();
         refuse_overlap(&outputs, sources.paths().map(Path::to_owned).chain(named))?;
         for file in outputs {
             check_writable(file)?;
@@ -121,6 +123,7 @@ fn render(
     };
     (statistics.cpu_seconds, statistics.peak_memory) = process_usage();
     write_images(&output, settings, &job, &outcome, &statistics)?;
+    write_cache_points(&debug, &job, &outcome)?;
     statistics.seconds.write = written.elapsed().as_secs_f64();
     (statistics.cpu_seconds, statistics.peak_memory) = process_usage();
     if let Some(path) = &settings.stats {
@@ -197,6 +200,25 @@ fn write_images(
         write_png(&png, &outcome.film.beauty(), 0.0)?;
     }
     Ok(())
+}
+
+/// The picture of the cache points and the PLY file beside it, if they were asked for.
+fn debug_files(settings: &RenderSettings) -> Vec<PathBuf> {
+    settings.debug_cache_points.iter().flat_map(|path| [path.clone(), path.with_extension("ply")]).collect()
+}
+
+fn write_cache_points(files: &[PathBuf], job: &Job, outcome: &Outcome) -> Result<(), RenderError> {
+    let [picture, ply] = files else { return Ok(()) };
+    let Some(cache) = job.world.light_choice.cache_points() else {
+        say(
+            "no cache points were built: there is no picture of them (--lights cache-points builds them wherever there are two lights)",
+        );
+        return Ok(());
+    };
+    let points: Vec<_> = cache.points().collect();
+    let beauty = outcome.film.beauty();
+    crate::report::cache_points::write_picture(picture, &beauty, job.film.bounds, &job.camera, &points)?;
+    Ok(crate::report::cache_points::write_ply(ply, &points)?)
 }
 
 fn write_json(path: &Path, statistics: &Statistics) -> Result<(), RenderError> {

@@ -115,6 +115,17 @@ impl Camera {
         (open + u_time * (close - open)).clamp(0.0, 1.0)
     }
 
+    /// Where on the film (in pixels of the full image) the point `p` of render space is seen when the shutter opens, through the lens's
+    /// middle; `None` behind the camera.
+    pub fn project(&self, p: Vec3) -> Option<Vec2> {
+        let to_render = match &self.to_render {
+            CameraMotion::Fixed(to_render) => *to_render,
+            CameraMotion::Moving(keys) => to_f32(&keys.0.interpolate(&keys.1, f64::from(self.time(0.0)))),
+        };
+        let p = to_render.inverse().transform_point3(p);
+        (p.z > 0.0).then(|| (p.truncate() / p.z - self.corner) / self.per_pixel).filter(|pixel| pixel.is_finite())
+    }
+
     /// What a pixel in the middle of the image spans at distance 1.
     pub fn pixel_angle(&self) -> f32 {
         self.per_pixel.abs().max_element()
@@ -220,6 +231,17 @@ mod tests {
         let window = camera(vec![floats("screenwindow", &[-1.0, 0.5, -0.25, 2.0])], [300, 100]);
         close(window.ray(Vec2::ZERO, [0.5; 2], 0.0).direction, Vec3::new(-1.0, 2.0, 1.0).normalize());
         close(window.ray(Vec2::new(300.0, 100.0), [0.5; 2], 0.0).direction, Vec3::new(0.5, -0.25, 1.0).normalize());
+    }
+
+    #[test]
+    fn projecting_undoes_rays() {
+        let camera = camera(vec![], [40, 30]);
+        for film in [Vec2::new(3.5, 20.25), Vec2::new(39.0, 0.5)] {
+            let ray = camera.ray(film, [0.5; 2], 0.0);
+            let seen = camera.project(ray.origin + 7.0 * ray.direction).expect("it is in front");
+            assert!(seen.distance(film) < 1e-3, "{seen} {film}");
+            assert_eq!(camera.project(ray.origin - ray.direction), None);
+        }
     }
 
     #[test]

@@ -117,7 +117,8 @@ struct Candidate {
     scatter_pdf: f32,
     /// Pdf of the point, the choice of its light included.
     light_pdf: f32,
-    /// What the candidate would add if nothing were in the way, MIS weight included: luminance over pdf. Above 0.
+    /// What the candidate is expected to add, MIS weight included: luminance over pdf, times what is known of its visibility (without that
+    /// factor, resampling would undo what was learned). Above 0.
     worth: f64,
 }
 
@@ -200,7 +201,10 @@ impl DirectLight<'_> {
         }
         let light_pdf = pmf * sample.pdf;
         let pdf = if sample.is_delta { light_pdf } else { light_pdf + scatter_pdf };
-        let worth = f64::from((f * sample.radiance).luminance()) / f64::from(pdf);
+        let mut worth = f64::from((f * sample.radiance).luminance()) / f64::from(pdf);
+        if self.settings.light_candidates > 1 {
+            worth *= f64::from(world.light_choice.visibility(&world.lights, light, &scratch.lights));
+        }
         let worth = if worth > f64::MIN_POSITIVE { worth } else { f64::MIN_POSITIVE };
         Some(Candidate { light, sample, f, scatter_pdf, light_pdf, worth })
     }

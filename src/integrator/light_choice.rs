@@ -73,6 +73,15 @@ impl LightChoice {
         }
     }
 
+    /// The factor that the weight of `id` has at the receiver last prepared because it is often hidden there; 1 where nothing is known.
+    #[inline]
+    pub fn visibility(&self, lights: &Lights, id: LightId, scratch: &LightScratch) -> f32 {
+        match self {
+            Self::CachePoints(cache) => cache.visibility(lights, id, &scratch.cache),
+            Self::Selector(_) | Self::Pilot => 1.0,
+        }
+    }
+
     /// Tells what became of the shadow ray to a light drawn at the receiver last prepared.
     #[inline]
     pub fn record(&self, lights: &Lights, id: LightId, is_visible: bool, scratch: &LightScratch) {

@@ -141,7 +141,7 @@ impl Job {
         }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
-        let path = PathSettings { max_depth, light_candidates: settings.light_candidates.unwrap_or(1) };
+        let mut path = PathSettings { max_depth, light_candidates: 1 };
         if matches!(world.light_choice, LightChoice::Pilot) {
             let start = Instant::now();
             let seed = settings.seed.unwrap_or(scene_seed);
@@ -150,6 +150,8 @@ impl Job {
             builder.build(&mut world, warnings);
             timings.cache_points = start.elapsed().as_secs_f64();
         }
+        path.light_candidates =
+            settings.light_candidates.unwrap_or_else(|| build::light_candidates(&world.light_choice, settings.lights));
         let plan = Plan::of(&world, &camera, memory::of_film(&film));
         Ok(Self { world, camera, film, aovs: true, path, plan, timings, scene_spp, scene_seed, backend })
     }
@@ -188,7 +190,9 @@ impl Job {
                 break;
             }
             done += pass;
-            self.world.light_choice.learn();
+            if done < limit {
+                self.world.light_choice.learn();
+            }
             let error = film.error_estimate();
             tracking.pass_ended(error);
             if let (Budget::Error(target), Some(error)) = (budget, error)

@@ -64,6 +64,8 @@ pub struct RenderSettings {
     pub threads: Option<usize>,
     /// How a light is chosen.
     pub lights: LightSelection,
+    /// The PNG file that shows the cache points over the image; a PLY file of the same name is written beside it.
+    pub debug_cache_points: Option<PathBuf>,
     /// How cache points are made and used.
     pub cache: CacheSettings,
     /// How readily [`LightSelection::Tree`] draws several lights at a vertex, 0 (never) to 1 (all); `None` for its default.

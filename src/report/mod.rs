@@ -1,5 +1,6 @@
 //! Numbers about images: comparison of two, contents of one.
 
+pub mod cache_points;
 pub mod compare;
 pub mod info;
 
