@@ -43,8 +43,9 @@ fn cells(fog: bool) -> String {
         let mut within = |edge: i32| 2.0 * edge as f32 + 1.0 - CELLS as f32 + 1.2 * (stream.next_f32() - 0.5);
         let (x, z) = (within(cell % CELLS), within(cell / CELLS));
         let y = 0.4 + 0.3 * stream.next_f32();
+        // Close to a point in fog light is without bounds, and its noise too.
         text += &match lamp {
-            0 => format!(
+            lamp if lamp == 0 || fog => format!(
                 "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [4 5 3] Material \"diffuse\" \"rgb reflectance\" [0 0 0]
                  Translate {x} {y} {z} Shape \"sphere\" \"float radius\" 0.1 AttributeEnd\n"
             ),
@@ -101,18 +102,16 @@ fn is_right_after_passes(visibility: VisibilityRule, fog: bool) {
         after_one.0.extend(render(100 + seed));
     }
     let mut family = Family::default();
-    family.compare(&format!("{visibility:?}, no pass"), &fresh, &reference, 0.02);
-    family.compare(&format!("{visibility:?}, one pass"), &after_one, &reference, 0.02);
+    family.compare(&format!("{visibility:?}, no pass"), &fresh, &reference, 0.01);
+    family.compare(&format!("{visibility:?}, one pass"), &after_one, &reference, 0.01);
     // What is taught has nothing to do with what is so.
-    let lessons: [(&str, fn(LightId) -> bool); 3] =
-        [("nothing arrives", |_| false), ("every other arrives", |id| id.0 % 2 == 0), ("all arrives", |_| true)];
+    let lessons: [(&str, fn(LightId) -> bool); 2] =
+        [("nothing arrives", |_| false), ("every other arrives", |id| id.0 % 2 == 0)];
     for (lesson, arrives) in lessons {
         let mut job = prepare_text(&text, &options);
-        let start = std::time::Instant::now();
         teach(&mut job, 1000, arrives);
-        println!("taught in {:?}", start.elapsed());
         let taught = Blocks::render(&mut job, &Options { spp: 4, ..options.clone() }, GRID, SEEDS);
-        family.compare(&format!("{visibility:?}, a thousand passes, {lesson}"), &taught, &reference, 0.02);
+        family.compare(&format!("{visibility:?}, a thousand passes, {lesson}"), &taught, &reference, 0.01);
     }
     family.assert(1e-4);
 }

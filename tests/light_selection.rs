@@ -56,7 +56,10 @@ fn agree(small: &Small, precision: f64) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = lanternfish::gallery::find(small.name).expect("there is such a scene");
     let path = scene.write(folder.path(), Some(small.lights)).expect("it can be written");
-    let film = FilmOverrides { resolution: Some([64, 36]), crop: small.crop };
+    let text = std::fs::read_to_string(&path).expect("it was written");
+    // Of beams of 1° hardly any path would meet one.
+    std::fs::write(&path, text.replace("\"float coneangle\" 1 ", "\"float coneangle\" 8 ")).expect("it can be written");
+    let film = FilmOverrides { resolution: Some([48, 27]), crop: small.crop };
     let base = Options { spp: small.spp, film, max_depth: Some(small.depth), ..Options::default() };
     let render = |options: &Options, seeds| {
         let mut job = prepare_file(&path, options, &mut Warnings::default()).expect("it can be prepared");
@@ -65,26 +68,24 @@ fn agree(small: &Small, precision: f64) {
     let reference = render(&Options { lights: LightSelection::Optimal, seed: 1000, ..base.clone() }, 2 * SEEDS);
     let mut family = Family::default();
     for (rival, options) in rivals(&base) {
-        let start = std::time::Instant::now();
         family.compare(&format!("{}, {rival}", small.name), &render(&options, SEEDS), &reference, precision);
-        println!("{:?}", start.elapsed());
     }
     family.assert(RATE);
 }
 
 #[test]
 fn house() {
-    agree(&Small { name: "house", lights: 40, depth: 1, spp: 16, crop: None }, 0.02);
+    agree(&Small { name: "house", lights: 40, depth: 1, spp: 8, crop: None }, 0.02);
 }
 
 #[test]
 fn rooms() {
-    agree(&Small { name: "rooms", lights: 40, depth: 2, spp: 16, crop: None }, 0.02);
+    agree(&Small { name: "rooms", lights: 40, depth: 2, spp: 8, crop: None }, 0.02);
 }
 
 #[test]
 fn foliage() {
-    agree(&Small { name: "foliage", lights: 40, depth: 1, spp: 16, crop: None }, 0.02);
+    agree(&Small { name: "foliage", lights: 40, depth: 1, spp: 8, crop: None }, 0.02);
 }
 
 /// Above the searchlights: close to them, in haze, light of points is without bounds, and its noise too.
