@@ -5,7 +5,11 @@ mod common;
 use std::path::Path;
 
 use common::{CUBE, Options, Shot, boundary, shuffled_grid};
+use lanternfish::cache_points::CacheSettings;
+use lanternfish::cache_points::gather::Gathering;
+use lanternfish::cache_points::learn::VisibilityRule;
 use lanternfish::film::{ChannelImage, FilmOverrides};
+use lanternfish::render::LightSelection;
 
 /// Everything whose randomness could depend on the order of work: media, opacity, motion, textures, many lights.
 fn scene(texture: &Path) -> String {
@@ -34,6 +38,20 @@ fn scene(texture: &Path) -> String {
     )
 }
 
+/// Lights enough that there is something to learn about them: some below the floor, some in the sphere.
+fn crowd() -> String {
+    let lamp = |i: i32| {
+        let (x, y, z) = (0.5 * f64::from(i % 7) - 1.5, 0.6 * f64::from(i % 5) - 1.3, 0.5 * f64::from(i % 6) - 1.0);
+        match i % 3 {
+            0 => format!(
+                "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 4 5] Translate {x} {y} {z} Shape \"sphere\" \"float radius\" 0.05 AttributeEnd\n"
+            ),
+            _ => format!("LightSource \"point\" \"rgb I\" [0.4 0.3 0.2] \"point3 from\" [{x} {y} {z}]\n"),
+        }
+    };
+    (0..40).map(lamp).collect()
+}
+
 /// A picture with a few levels of grey and colour.
 fn picture(folder: &Path) -> std::path::PathBuf {
     let path = folder.join("picture.png");
@@ -44,8 +62,13 @@ fn picture(folder: &Path) -> std::path::PathBuf {
 }
 
 fn render(options: &Options) -> ChannelImage {
+    render_with("", options)
+}
+
+/// With more in the scene.
+fn render_with(more: &str, options: &Options) -> ChannelImage {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let world = scene(&picture(folder.path()));
+    let world = format!("{more}{}", scene(&picture(folder.path())));
     // Three tiles by three, the last ones cut.
     let shot = Shot { from: [0.0, 0.6, -4.5], to: [0.0, 0.1, 0.0], fov: 45.0, size: 40, depth: 4, ..Shot::default() };
     let outcome = shot.render(&world, options);
@@ -72,6 +95,39 @@ fn threads_do_not_change_a_bit() {
     }
     let native = Options { spp: 4, backend: lanternfish::geometry::Backend::Native, ..Options::default() };
     same_bits("native", &render(&Options { threads: 1, ..native.clone() }), &render(&Options { threads: 3, ..native }));
+}
+
+/// Points, what they learn in six passes, the tree and its draws, resampling: none of it depends on who comes first.
+#[test]
+fn threads_do_not_change_a_bit_of_what_is_chosen_or_learned() {
+    let base = Options { spp: 32, ..Options::default() };
+    let points = |gathering, visibility| Options {
+        lights: LightSelection::CachePoints,
+        cache: CacheSettings { gathering, visibility, ..CacheSettings::default() },
+        ..base.clone()
+    };
+    let ways = [
+        ("tree", Options { lights: LightSelection::Tree, ..base.clone() }),
+        ("clusters", points(Gathering::Hierarchy, VisibilityRule::Clusters)),
+        (
+            "lists, resampled",
+            Options { light_candidates: Some(4), ..points(Gathering::Lists, VisibilityRule::Threshold) },
+        ),
+    ];
+    let crowd = crowd();
+    let images = ways.map(|(what, way)| {
+        let one = render_with(&crowd, &Options { threads: 1, ..way.clone() });
+        for threads in [2, 3] {
+            let several = render_with(&crowd, &Options { threads, ..way.clone() });
+            same_bits(&format!("{what}, {threads} threads"), &one, &several);
+        }
+        one
+    });
+    // Each chooses in its own way, and learning is not idle.
+    let idle = render_with(&crowd, &points(Gathering::Hierarchy, VisibilityRule::Off));
+    for (a, b) in [(&images[0], &images[1]), (&images[1], &images[2]), (&images[1], &idle)] {
+        assert!(a.channel("R") != b.channel("R"));
+    }
 }
 
 #[test]

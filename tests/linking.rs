@@ -10,8 +10,13 @@ use common::{Options, Shot, assert_mean, boundary, image_mean};
 use lanternfish::render::{Budget, Job, LightSelection, RenderSettings, Silent, Timings, load};
 use lanternfish::scene::{Sources, Warnings};
 
-const KINDS: [(&str, LightSelection); 3] =
-    [("uniform", LightSelection::Uniform), ("power", LightSelection::Power), ("optimal", LightSelection::Optimal)];
+const KINDS: [(&str, LightSelection); 5] = [
+    ("uniform", LightSelection::Uniform),
+    ("power", LightSelection::Power),
+    ("optimal", LightSelection::Optimal),
+    ("tree", LightSelection::Tree),
+    ("cache points", LightSelection::CachePoints),
+];
 
 /// Name and whether it is exclusive, of each light of [`lights`].
 const NAMES: [(&str, bool); 8] = [

@@ -5,12 +5,15 @@
 
 #![allow(dead_code)] // each test binary uses its part
 
+pub mod blocks;
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::{Film, FilmOverrides};
 use lanternfish::geometry::Backend;
-use lanternfish::render::{Budget, Job, LightSelection, Outcome, RenderSettings, Silent, load};
+use lanternfish::render::{Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, load};
 use lanternfish::scene::{Sources, Warnings};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -23,6 +26,12 @@ pub struct Options {
     pub lights: LightSelection,
     /// How readily the light tree splits; `None` for its default.
     pub splitting: Option<f32>,
+    /// How cache points are made and used.
+    pub cache: CacheSettings,
+    /// From how many candidates light samples are resampled; `None` for the default.
+    pub light_candidates: Option<u32>,
+    /// Bounces in place of the scene's.
+    pub max_depth: Option<u32>,
     pub threads: usize,
     /// Resolution and crop in place of the scene's.
     pub film: FilmOverrides,
@@ -36,6 +45,9 @@ impl Default for Options {
             backend: Backend::DEFAULT,
             lights: LightSelection::Auto,
             splitting: None,
+            cache: CacheSettings::default(),
+            light_candidates: None,
+            max_depth: None,
             threads: 2,
             film: FilmOverrides::default(),
         }
@@ -44,23 +56,41 @@ impl Default for Options {
 
 /// Renders a scene file.
 pub fn render_file(path: &Path, options: &Options) -> Result<(Outcome, Warnings), String> {
+    let mut warnings = Warnings::default();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| e.to_string())?;
+    let outcome = pool.install(|| Ok(render_job(&mut prepare_file(path, options, &mut warnings)?, options)));
+    outcome.map(|outcome| (outcome, warnings)).map_err(|error: RenderError| error.to_string())
+}
+
+/// Loads a scene file and makes it ready to render.
+pub fn prepare_file(path: &Path, options: &Options, warnings: &mut Warnings) -> Result<Job, RenderError> {
     #[cfg(feature = "openvdb")]
     openvdb::set_worker(env!("CARGO_BIN_EXE_lanternfish-vdb"));
-    let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| e.to_string())?;
-    let outcome = pool.install(|| {
-        let (scene, timings) = load(path, &mut sources, &mut warnings)?;
-        let settings = RenderSettings {
-            backend: Some(options.backend),
-            lights: options.lights,
-            splitting: options.splitting,
-            film: options.film,
-            ..RenderSettings::default()
-        };
-        let mut job = Job::prepare(&scene, &settings, timings, &mut warnings)?;
-        Ok(job.render(options.seed, Budget::Samples(options.spp), &AtomicBool::new(false), &Silent))
-    });
-    outcome.map(|outcome| (outcome, warnings)).map_err(|error: lanternfish::render::RenderError| error.to_string())
+    let (scene, timings) = load(path, &mut Sources::default(), warnings)?;
+    let settings = RenderSettings {
+        backend: Some(options.backend),
+        lights: options.lights,
+        splitting: options.splitting,
+        cache: options.cache,
+        light_candidates: options.light_candidates,
+        max_depth: options.max_depth,
+        film: options.film,
+        ..RenderSettings::default()
+    };
+    Job::prepare(&scene, &settings, timings, warnings)
+}
+
+/// The same for a scene given as text. Warnings are of no interest.
+pub fn prepare_text(text: &str, options: &Options) -> Job {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("scene.pbrt");
+    std::fs::write(&path, text).expect("the scene can be written");
+    prepare_file(&path, options, &mut Warnings::default()).expect("the scene can be prepared")
+}
+
+/// Renders a scene that is ready. What cache points learned stays with it.
+pub fn render_job(job: &mut Job, options: &Options) -> Outcome {
+    job.render(options.seed, Budget::Samples(options.spp), &AtomicBool::new(false), &Silent)
 }
 
 /// Renders a scene given as text; files that it names are looked up in the system's folder for temporary files.
