@@ -51,7 +51,7 @@ use table::{BINS, Counter, FAR_ENTRY, FarLights, NearLights, OMNIDIRECTIONAL, ra
 pub const FEWEST_CANDIDATES: usize = 10;
 
 /// Far entries of all points together take at most this many bytes: with many points each gets fewer.
-pub const MOST_BYTES: usize = 1 << 30;
+pub const MOST_BYTES: usize = 512 << 20;
 
 /// Lights and clusters that a point keeps at most where nothing else is asked for.
 pub const DEFAULT_ENTRIES: u32 = 256;
