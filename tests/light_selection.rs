@@ -33,7 +33,10 @@ fn rivals(base: &Options) -> Vec<(&'static str, Options)> {
         ("points", points(way(Hierarchy, Clusters))),
         ("points of 4", Options { light_candidates: Some(4), ..points(way(Hierarchy, Root)) }),
         ("points without visibility", points(CacheSettings { beams: false, ..way(Hierarchy, Off) })),
-        ("points, few and without normals", points(CacheSettings { normals: false, entries: 4, ..way(Hierarchy, Clusters) })),
+        (
+            "points, few and without normals",
+            points(CacheSettings { normals: false, entries: 4, ..way(Hierarchy, Clusters) }),
+        ),
         ("points by lists", points(way(Lists, Threshold))),
         ("points by lists, few, of 4", {
             Options { light_candidates: Some(4), ..points(CacheSettings { entries: 4, ..way(Lists, Root) }) }

@@ -184,6 +184,7 @@ impl RenderArguments {
             backend: self.backend,
             max_depth: self.max_depth,
             film: FilmOverrides { resolution: self.resolution, crop: self.crop },
+            plan_only: false,
             stats: self.stats.clone(),
             strict: self.strict,
             quiet: self.quiet,

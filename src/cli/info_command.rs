@@ -31,7 +31,7 @@ pub fn run(arguments: &InfoArguments) -> ExitStatus {
 fn scene(path: &Path, json: bool, sources: &mut Sources, warnings: &mut Warnings) -> Result<ExitStatus, RenderError> {
     let loaded = load(path, sources, warnings);
     let prepared = loaded.and_then(|(scene, timings)| {
-        let job = Job::prepare(&scene, &RenderSettings::default(), timings, warnings)?;
+        let job = Job::prepare(&scene, &RenderSettings { plan_only: true, ..Default::default() }, timings, warnings)?;
         Ok((scene, job))
     });
     if !json {

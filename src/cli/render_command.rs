@@ -80,6 +80,11 @@ fn render(
             print_warnings(warnings, sources);
         }
         let (mut job, named) = prepared?;
+        if let Some(cache) = job.world.light_choice.cache_points().filter(|_| !settings.quiet) {
+            let statistics = cache.statistics();
+            let (points, seconds) = (statistics.points, statistics.seconds.total());
+            say(format!("{points} cache points over {} lights, built in {seconds:.1} s", job.world.lights.len()));
+        }
         let output = settings.output_path(path, job.film.filename.as_deref());
         let png = settings.png_path(&output);
         let images = [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()];

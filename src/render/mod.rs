@@ -142,7 +142,7 @@ impl Job {
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
         let mut path = PathSettings { max_depth, light_candidates: 1 };
-        if matches!(world.light_choice, LightChoice::Pilot) {
+        if matches!(world.light_choice, LightChoice::Pilot) && !settings.plan_only {
             let start = Instant::now();
             let seed = settings.seed.unwrap_or(scene_seed);
             let builder =

@@ -78,6 +78,8 @@ pub struct RenderSettings {
     pub max_depth: Option<u32>,
     /// Resolution and crop in place of the scene's.
     pub film: FilmOverrides,
+    /// Whether only the plan is wanted: cache points are not built then.
+    pub plan_only: bool,
     /// Where statistics go as JSON.
     pub stats: Option<PathBuf>,
     /// Whether doubtful input is an error rather than a warning.
