@@ -13,8 +13,10 @@ use lanternfish::render::LightSelection;
 
 const KINDS: [LightSelection; 3] = [LightSelection::Optimal, LightSelection::CachePoints, LightSelection::Tree];
 
-const FLOOR: &str = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]\n";
-const WALL: &str = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-3 0 2  3 0 2  3 3 2  -3 3 2]\n";
+const FLOOR: &str =
+    "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-3 0 -3  3 0 -3  3 0 3  -3 0 3]\n";
+const WALL: &str =
+    "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-3 0 2  3 0 2  3 3 2  -3 3 2]\n";
 const BALL: &str = "AttributeBegin Translate 0.8 0.4 0.3 Shape \"sphere\" \"float radius\" 0.4 AttributeEnd\n";
 
 fn point(intensity: f64, [x, y, z]: [f64; 3]) -> String {
@@ -34,15 +36,23 @@ fn lamp(radiance: f64, shape: &str) -> String {
 /// Twelve lights of several kinds, points `by` times as strong.
 fn several(by: f64, by_area: f64) -> String {
     let points = (0..6).map(|i| point((1 + i) as f64 * by, [f64::from(i) - 2.5, 1.5 + 0.2 * f64::from(i % 3), -1.0]));
-    let balls = (0..4).map(|i| lamp(6.0 * by_area, &format!("Translate {} 1 1 Shape \"sphere\" \"float radius\" 0.1", i - 2)));
-    let mesh = lamp(3.0 * by_area, "Translate 0 2 0 Shape \"trianglemesh\" \"integer indices\" [0 1 2 1 3 2] \"point3 P\" [0 0 0  1 0 0  0 0.1 1  1 0.2 1]");
+    let balls =
+        (0..4).map(|i| lamp(6.0 * by_area, &format!("Translate {} 1 1 Shape \"sphere\" \"float radius\" 0.1", i - 2)));
+    let mesh = lamp(
+        3.0 * by_area,
+        "Translate 0 2 0 Shape \"trianglemesh\" \"integer indices\" [0 1 2 1 3 2] \"point3 P\" [0 0 0  1 0 0  0 0.1 1  1 0.2 1]",
+    );
     let strength = 40.0 * by;
-    let spot = format!("LightSource \"spot\" \"rgb I\" [{strength:e} {strength:e} {strength:e}] \"point3 from\" [2 3 -2] \"point3 to\" [0 0 0]\n");
+    let spot = format!(
+        "LightSource \"spot\" \"rgb I\" [{strength:e} {strength:e} {strength:e}] \"point3 from\" [2 3 -2] \"point3 to\" [0 0 0]\n"
+    );
     points.chain(balls).chain([mesh, spot]).collect()
 }
 
 fn scenery() -> String {
-    format!("Material \"diffuse\" \"rgb reflectance\" [0.6 0.5 0.4]\n{FLOOR}{WALL}Material \"conductor\" \"float roughness\" 0.4\n{BALL}")
+    format!(
+        "Material \"diffuse\" \"rgb reflectance\" [0.6 0.5 0.4]\n{FLOOR}{WALL}Material \"conductor\" \"float roughness\" 0.4\n{BALL}"
+    )
 }
 
 fn shot() -> Shot {
@@ -130,14 +140,20 @@ fn many_lights_in_one_place_are_one() {
 fn lights_in_one_place_add_up() {
     let pile: String = (0..12).map(|i| point(f64::from(i % 4), [-0.5, 1.5, -0.8])).collect();
     // One around the other: which of two equal ones a ray meets would be anyone's guess.
-    let ball = |i| lamp(2.0, &format!("Translate 1 2 -0.5 Shape \"sphere\" \"float radius\" {}", 0.2 + 0.01 * f64::from(i)));
+    let ball =
+        |i| lamp(2.0, &format!("Translate 1 2 -0.5 Shape \"sphere\" \"float radius\" {}", 0.2 + 0.01 * f64::from(i)));
     let balls: String = (0..4).map(ball).collect();
     agree("a pile", &format!("{pile}{balls}{}{}", several(0.1, 0.1), scenery()), 0.02);
 }
 
 #[test]
 fn lights_on_what_they_light() {
-    let on = [point(3.0, [0.0, 0.0, 0.0]), point(3.0, [-1.0, 0.0, -1.0]), point(2.0, [0.8, 0.8, 0.3]), point(2.0, [1.0, 1.0, 2.0])];
+    let on = [
+        point(3.0, [0.0, 0.0, 0.0]),
+        point(3.0, [-1.0, 0.0, -1.0]),
+        point(2.0, [0.8, 0.8, 0.3]),
+        point(2.0, [1.0, 1.0, 2.0]),
+    ];
     agree("points on surfaces", &format!("{}{}{}", on.concat(), several(0.2, 0.2), scenery()), 0.02);
     // In the floor's plane beside it, and in the wall's, before it.
     let coplanar = [
@@ -163,7 +179,9 @@ fn a_light_at_the_camera() {
 
 #[test]
 fn lights_without_strength_are_as_good_as_not_there() {
-    let dark: String = (0..10).map(|i| point(0.0, [f64::from(i) - 4.0, 0.5, 0.0]) + &lamp(0.0, "Translate 0 5 0 Shape \"sphere\"")).collect();
+    let dark: String = (0..10)
+        .map(|i| point(0.0, [f64::from(i) - 4.0, 0.5, 0.0]) + &lamp(0.0, "Translate 0 5 0 Shape \"sphere\""))
+        .collect();
     let lit = several(1.0, 1.0);
     for kind in KINDS {
         let (expected, expected_error) =
@@ -185,12 +203,16 @@ fn sized(scale: f64, place: f64) -> (Shot, String) {
     let s = FOG / scale;
     let [from, to] = [shot().from, shot().to].map(|p| p.map(|x| x * scale + place));
     // Balls in fog only: close to points light is without bounds, and its noise too.
-    let balls: String =
-        (0..8).map(|i| lamp(6.0, &format!("Translate {} {} 1 Shape \"sphere\" \"float radius\" 0.1", i - 4, 1 + i % 3))).collect();
+    let balls: String = (0..8)
+        .map(|i| lamp(6.0, &format!("Translate {} {} 1 Shape \"sphere\" \"float radius\" 0.1", i - 4, 1 + i % 3)))
+        .collect();
     let points: String = (0..4).map(|i| point(2.0 * scale * scale, [f64::from(i) - 1.5, 3.0, -2.0])).collect();
-    let fog = format!("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [{s} {s} {s}] \"rgb sigma_s\" [{s} {s} {s}]\n");
+    let fog = format!(
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [{s} {s} {s}] \"rgb sigma_s\" [{s} {s} {s}]\n"
+    );
     let fog = fog + &common::boundary("fog", "", &format!("Translate 0 1.01 0 Scale 2.5 1 1.5 {}", common::CUBE));
-    let world = format!("Translate {place} {place} {place} Scale {scale} {scale} {scale}\n{points}{balls}{}{fog}", scenery());
+    let world =
+        format!("Translate {place} {place} {place} Scale {scale} {scale} {scale}\n{points}{balls}{}{fog}", scenery());
     (Shot { from, to, ..shot() }, world)
 }
 
@@ -211,7 +233,13 @@ fn a_scene_may_be_of_any_size() {
         for scale in [1e-6, 1e6] {
             let (mean, error) = image_mean(&render(scale, 128));
             for c in 0..3 {
-                assert_mean(&format!("{kind:?}, {scale:e}"), mean[c], error[c].hypot(expected_error[c]), expected[c], 0.0);
+                assert_mean(
+                    &format!("{kind:?}, {scale:e}"),
+                    mean[c],
+                    error[c].hypot(expected_error[c]),
+                    expected[c],
+                    0.0,
+                );
             }
         }
     }

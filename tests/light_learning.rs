@@ -73,7 +73,8 @@ fn teach(job: &mut Job, passes: u64, arrives: impl Fn(LightId) -> bool) {
         for i in 0..100 {
             let [x, y, z] = [(); 3].map(|()| stream.next_f32());
             // As in the scene, which the camera is the origin of.
-            let p = Vec3::new(6.0 * x - 3.0, if i % 2 == 0 { 0.0 } else { y }, 6.0 * z - 3.0) - Vec3::new(0.0, 9.0, -5.0);
+            let p =
+                Vec3::new(6.0 * x - 3.0, if i % 2 == 0 { 0.0 } else { y }, 6.0 * z - 3.0) - Vec3::new(0.0, 9.0, -5.0);
             let receiver = if i % 2 == 0 { Receiver::surface(p, Vec3::Y, false) } else { Receiver::medium(p) };
             scratch.begin_path();
             cache.prepare(&world.lights, &receiver, &mut scratch);
@@ -146,8 +147,14 @@ fn fewer_shadow_rays_are_blocked_once_learned() {
         let film = FilmOverrides { resolution: Some([128, 72]), crop: None };
         let cache = CacheSettings { visibility, ..CacheSettings::default() };
         // One shadow ray a path at most: rays are independent, and their shares binomial.
-        let options =
-            Options { spp: 64, max_depth: Some(1), lights: LightSelection::CachePoints, cache, film, ..Options::default() };
+        let options = Options {
+            spp: 64,
+            max_depth: Some(1),
+            lights: LightSelection::CachePoints,
+            cache,
+            film,
+            ..Options::default()
+        };
         let iterations = render_job(&mut gallery("rooms", Some(400), &options).0, &options).iterations;
         let [first, last] = [iterations[0], iterations[iterations.len() - 1]];
         let square = |i: Iteration| i.blocked * (1.0 - i.blocked) / i.shadow_rays as f64;
