@@ -108,7 +108,7 @@ fn is_right_after_passes(visibility: VisibilityRule, fog: bool) {
     // What is taught has nothing to do with what is so.
     for (lesson, every) in [("nothing arrives", u32::MAX), ("every other arrives", 2)] {
         let mut job = prepare_text(&text, &options);
-        teach(&mut job, 1000, |id| id.0 % every == 1);
+        teach(&mut job, 1000, |id| id.0 % every == every - 1);
         let taught = Blocks::render(&mut job, &Options { spp: 4, ..options.clone() }, GRID, SEEDS);
         family.compare(&format!("{visibility:?}, a thousand passes, {lesson}"), &taught, &reference, 0.01);
     }
