@@ -30,6 +30,7 @@ impl Bar {
             Bound::AtMost(most) => (measured.value <= most, measured.high <= most || measured.low > most),
         };
         let verdict = match (is_met, is_certain) {
+            _ if measured.value.is_nan() => "unknown: the reference is too noisy",
             (true, true) => "met",
             (true, false) => "met, but not beyond doubt",
             (false, true) => "not met",

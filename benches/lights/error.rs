@@ -1,7 +1,8 @@
 //! How far an image is from the truth.
 //!
 //! The truth is known from two independent halves b₁ and b₂ of a reference. For an unbiased image a, (a − b₁)(a − b₂) is on average
-//! (a − truth)²: unlike (a − b)² it does not count the reference's own noise. How light is selected has no part in how lamps in plain sight
+//! (a − truth)²: unlike (a − b)² it does not count the reference's own noise. That goes into the RMSE; the other two measures, which rare
+//! bright pixels do not rule, compare with the mean of the halves as it is. How light is selected has no part in how lamps in plain sight
 //! are antialiased, so errors are those of the light that was gathered: the beauty without the layer `emission`.
 
 use std::path::Path;
@@ -42,7 +43,7 @@ impl Picture {
 /// The errors of one image.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Errors {
-    /// √ of the mean square over pixels and channels.
+    /// √ of the mean square over pixels and channels; NaN where the reference is too noisy to tell.
     pub rmse: f64,
     /// The same of the whole beauty, with lamps in plain sight.
     pub rmse_of_beauty: f64,
@@ -59,19 +60,20 @@ impl Errors {
             let halves = part(first).iter().zip(part(second));
             part(image).iter().zip(halves).map(|(a, (b, c))| (a - b) * (a - c)).collect()
         };
-        let gathered = squares(|picture| &picture.gathered);
+        // Of a reference that is too noisy, nothing is known.
+        let root = |values: &[f64]| mean(values).sqrt();
         let truth: Vec<f64> = first.gathered.iter().zip(&second.gathered).map(|(b, c)| 0.5 * (b + c)).collect();
+        let plain: Vec<f64> = image.gathered.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).collect();
         let epsilon = EPSILON * mean(&truth).powi(2);
-        let relative: Vec<f64> = gathered.iter().zip(&truth).map(|(e, b)| e / (b * b + epsilon)).collect();
-        let mut pixels: Vec<f64> = gathered.chunks(3).map(mean).collect();
+        let relative: Vec<f64> = plain.iter().zip(&truth).map(|(e, b)| e / (b * b + epsilon)).collect();
+        let mut pixels: Vec<f64> = plain.chunks(3).map(mean).collect();
         pixels.sort_by(f64::total_cmp);
         pixels.truncate(((1.0 - TRIMMED) * pixels.len() as f64).ceil() as usize);
-        let root = |values: &[f64]| mean(values).max(f64::MIN_POSITIVE).sqrt();
         Self {
-            rmse: root(&gathered),
+            rmse: root(&squares(|picture| &picture.gathered)),
             rmse_of_beauty: root(&squares(|picture| &picture.beauty)),
             rmse_trimmed: root(&pixels),
-            relative_mse: mean(&relative).max(f64::MIN_POSITIVE),
+            relative_mse: mean(&relative),
         }
     }
 

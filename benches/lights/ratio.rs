@@ -28,8 +28,9 @@ pub fn short(value: f64) -> String {
     let size = value.abs();
     match size {
         0.0 => "0".to_owned(),
-        _ if !size.is_finite() => "∞".to_owned(),
-        _ if size < 1e-3 => format!("{value:.2e}"),
+        _ if size.is_nan() => "unknown".to_owned(),
+        _ if size.is_infinite() => "∞".to_owned(),
+        _ if !(1e-3..1e6).contains(&size) => format!("{value:.2e}"),
         _ => format!("{value:.*}", (2.0 - size.log10().floor()).clamp(0.0, 6.0) as usize),
     }
 }
