@@ -35,32 +35,37 @@ fn ttuv(result: &SceneResult, svg: &mut String) -> Drawn {
     let least = bars.iter().map(|bar| bar.1).fold(f64::INFINITY, f64::min) / 1.5;
     let most = bars.iter().map(|bar| bar.2).fold(0.0, f64::max) * 1.5;
     let count = bars.len();
+    if !(least > 0.0 && most.is_finite()) {
+        return Err("nothing is known of an error".into());
+    }
     let mut chart = ChartBuilder::on(&root)
         .caption(format!("{}: TTUV, lower is better", result.scene), ("sans-serif", 16))
         .margin(8)
-        .x_label_area_size(90)
-        .y_label_area_size(70)
-        .build_cartesian_2d((0..count).into_segmented(), (least..most).log_scale())?;
+        .x_label_area_size(30)
+        .y_label_area_size(140)
+        .build_cartesian_2d((least..most).log_scale(), (0..count - 1).into_segmented())?;
+    // From the top down.
     let name = |position: &SegmentValue<usize>| match position {
-        SegmentValue::CenterOf(index) => result.ways.get(*index).map_or("", |way| way.variant.name).to_owned(),
+        SegmentValue::CenterOf(index) => result.ways[count - 1 - index].variant.name.to_owned(),
         _ => String::new(),
     };
+    let number = |value: &f64| super::ratio::short(*value);
     chart
         .configure_mesh()
-        .disable_x_mesh()
-        .x_labels(count)
-        .x_label_formatter(&name)
-        .x_label_style(("sans-serif", 11).into_font().transform(FontTransform::Rotate90))
-        .y_label_formatter(&|value| super::ratio::short(*value))
+        .disable_y_mesh()
+        .y_labels(count + 1)
+        .y_label_formatter(&name)
+        .x_label_formatter(&number)
         .draw()?;
-    for (index, &(mean, low, high)) in bars.iter().enumerate() {
-        let x = SegmentValue::CenterOf(index);
-        let sides = [(SegmentValue::Exact(index), least), (SegmentValue::Exact(index + 1), mean)];
+    for (index, &(mean, low, high)) in bars.iter().rev().enumerate() {
+        let sides = [(least, SegmentValue::Exact(index)), (mean, SegmentValue::Exact(index + 1))];
         let mut bar = Rectangle::new(sides, Palette99::pick(0).mix(0.6).filled());
-        bar.set_margin(0, 0, 8, 8);
+        bar.set_margin(3, 3, 0, 0);
         chart.draw_series([bar])?;
-        chart.draw_series([PathElement::new([(x.clone(), low), (x, high)], BLACK.stroke_width(2))])?;
+        let middle = SegmentValue::CenterOf(index);
+        chart.draw_series([PathElement::new([(low, middle.clone()), (high, middle)], BLACK.stroke_width(2))])?;
     }
+    drop(chart);
     Ok(root.present()?)
 }
 
@@ -74,17 +79,22 @@ fn blocked(result: &SceneResult, svg: &mut String) -> Drawn {
         .margin(8)
         .x_label_area_size(30)
         .y_label_area_size(50)
-        .right_y_label_area_size(150)
-        .build_cartesian_2d(1..iterations, 0.0..1.0)?;
-    chart.configure_mesh().x_labels(iterations).y_label_formatter(&|share| format!("{share:.1}")).draw()?;
+        // Room for the names at the right.
+        .build_cartesian_2d(1.0..1.3 * iterations as f64, 0.0..1.0)?;
+    chart
+        .configure_mesh()
+        .x_labels(iterations)
+        .x_label_formatter(&|i| format!("{i:.0}"))
+        .y_label_formatter(&|share| format!("{share:.1}"))
+        .draw()?;
     for (index, way) in result.ways.iter().enumerate() {
         let style = Palette99::pick(index).stroke_width(2);
-        let points = shares(way).into_iter().enumerate().map(|(i, share)| (i + 1, share));
+        let points = shares(way).into_iter().enumerate().map(|(i, share)| (i as f64 + 1.0, share));
         chart
             .draw_series(LineSeries::new(points, style))?
             .label(way.variant.name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], style));
     }
-    chart.configure_series_labels().label_font(("sans-serif", 10)).position(SeriesLabelPosition::LowerRight).draw()?;
+    chart.configure_series_labels().label_font(("sans-serif", 10)).position(SeriesLabelPosition::MiddleRight).draw()?;
     Ok(root.present()?)
 }

@@ -1,11 +1,12 @@
 //! References: the same program with other seeds and many samples, in two halves. They are kept under `target/`, by all that they depend on.
 
-use std::path::Path;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::error::{Errors, Picture};
-use super::run::{Task, render};
+use super::run::{Task, fail, render};
 use super::settings::Settings;
 use super::variants::DEFAULTS;
 
@@ -31,9 +32,9 @@ pub struct About {
 impl Reference {
     pub fn of(folder: &Path, scene: &Path, (name, lights): (&str, u64), settings: &Settings) -> Self {
         let half = (settings.reference_spp / 2).max(1);
-        let version = env!("CARGO_PKG_VERSION");
+        let content = content(scene.parent().expect("a file in a folder")).unwrap_or_else(|e| fail(&e.to_string()));
         let halves = SEEDS.map(|seed| {
-            let key = format!("{name}-{lights}-{}-{half}-{seed}-{version}.exr", settings.size);
+            let key = format!("{name}-{lights}-{}-{half}-{seed}-{content:016x}.exr", settings.size);
             let output = folder.join("references").join(key);
             if !output.is_file() {
                 let (arguments, size) = (DEFAULTS.arguments, settings.size.as_str());
@@ -45,4 +46,16 @@ impl Reference {
         let mean = 0.5 * (halves[0].mean() + halves[1].mean());
         Self { halves, about: About { seeds: SEEDS, spp: 2 * half, mean, rmse } }
     }
+}
+
+/// A hash of all files of a scene: another scene has another reference.
+fn content(folder: &Path) -> std::io::Result<u64> {
+    let mut files =
+        std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<PathBuf>>>()?;
+    files.sort();
+    let mut hasher = DefaultHasher::new();
+    for file in files.iter().filter(|file| file.is_file()) {
+        std::fs::read(file)?.hash(&mut hasher);
+    }
+    Ok(hasher.finish())
 }
