@@ -94,7 +94,8 @@ pub fn measure(folder: &Path, name: &str, lights: u64, settings: &Settings) -> S
             Way { variant, spp, runs: vec![] }
         })
         .collect();
-    let output = folder.join("render.exr");
+    let scratch = tempfile::tempdir().expect("a temporary folder");
+    let output = scratch.path().join("render.exr");
     for (turn, seed) in settings.seeds().enumerate() {
         let count = ways.len();
         for index in (0..count).map(|i| (i + turn) % count) {

@@ -1,7 +1,7 @@
 //! How well lights are selected: the table of Li et al. 2024 ("Cache Points for Production-Scale Occlusion-Aware Many-Lights Sampling and
 //! Volumetric Scattering", section 5) for the project's own scenes, and what each part of it is worth.
 //!
-//!     cargo bench --bench lights -- [--scenes a,b] [--lights-of scene=N,…] [--size WxH] [--spp N] [--seeds N] [--first-seed N]
+//!     cargo bench --bench lights -- [--scenes a,b|none] [--lights-of scene=N,…] [--size WxH] [--spp N] [--seeds N] [--first-seed N]
 //!                                   [--reference-spp N] [--optimal-spp N] [--without "a,b"] [--no-columns] [--no-ablations]
 //!                                   [--repetitions N] [--many [--few-lights N] [--many-lights N]]
 //!
@@ -79,7 +79,7 @@ fn about(settings: &Settings) -> Vec<String> {
     let seeds: Vec<String> = settings.seeds().map(|seed| seed.to_string()).collect();
     vec![
         common::command(),
-        format!("scenes and lights: {}", scenes.join(", ")),
+        format!("scenes and lights: {}; files: target/bench-lights/NAME-LIGHTS/NAME.pbrt", scenes.join(", ")),
         format!("{} at {} samples a pixel, seeds {}", settings.size, settings.spp, seeds.join(", ")),
         format!("machine: {}", machine()),
         format!("lanternfish {}{}", env!("CARGO_PKG_VERSION"), commit().map_or(String::new(), |c| format!(", {c}"))),

@@ -42,7 +42,8 @@ pub fn measure(folder: &Path, counts: [u64; 2], settings: &Settings) -> ManyResu
         write(&path, lights).unwrap_or_else(|error| fail(&format!("{}: {error}", path.display())));
         path
     });
-    let (size, spp, output) = (settings.size.as_str(), settings.spp, folder.join("render.exr"));
+    let scratch = tempfile::tempdir().expect("a temporary folder");
+    let (size, spp, output) = (settings.size.as_str(), settings.spp, scratch.path().join("render.exr"));
     let mut costs = [vec![], vec![]];
     for seed in settings.seeds() {
         for index in 0..2 {

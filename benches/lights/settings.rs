@@ -41,8 +41,9 @@ impl Settings {
             }
         }
         let only = list("scenes");
-        if let Some(unknown) = only.iter().find(|name| scenes.iter().all(|(other, _)| other != *name)) {
-            refuse(&format!("--scenes {unknown}: some of {}", names()));
+        let is_known = |name: &&String| *name == "none" || scenes.iter().any(|(other, _)| other == *name);
+        if let Some(unknown) = only.iter().find(|name| !is_known(name)) {
+            refuse(&format!("--scenes {unknown}: some of {}, or none", names()));
         }
         scenes.retain(|(name, _)| only.is_empty() || only.contains(name));
         let spp = argument("spp", 16).max(1) as u32;
