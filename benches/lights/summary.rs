@@ -30,7 +30,7 @@ pub fn tables(result: &SceneResult, settings: &Settings) -> Vec<Table> {
         let scaled = columns.iter().filter(|way| way.spp != settings.spp);
         costs.notes.extend(scaled.map(|way| {
             format!(
-                "{}: measured at {} samples a pixel, scaled as if its samples were independent",
+                "{}: measured at {} samples a pixel, scaled as if independent; few flatter trimmed errors",
                 way.variant.name, way.spp
             )
         }));
