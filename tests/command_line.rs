@@ -109,6 +109,8 @@ fn statistics_tell_what_was_done() {
     assert_eq!(count("flight_steps") + count("transmittance_steps") + count("boundary_rays"), 0);
     assert_eq!((stats["seed"].as_u64(), stats["threads"].as_u64()), (Some(7), Some(2)));
     assert_eq!(stats["samples_per_pixel"], 8);
+    let seconds = |name: &str| stats[name].as_f64().unwrap_or_else(|| panic!("{name}: {stats}"));
+    assert!((0.0..=seconds("cpu_seconds")).contains(&seconds("cpu_seconds_rendering")), "{stats}");
     assert!(stats["peak_memory"].as_u64().is_some_and(|bytes| bytes > 1 << 20));
     assert!(stats["plan"]["systems"].as_array().is_some_and(|systems| systems.len() > 8));
     let warnings = stats["warnings"].to_string();

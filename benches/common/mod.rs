@@ -56,6 +56,11 @@ pub fn text_argument(name: &str) -> Option<String> {
     arguments.next()
 }
 
+/// Whether `--name` is on the command line.
+pub fn flag(name: &str) -> bool {
+    std::env::args().any(|argument| argument.strip_prefix("--") == Some(name))
+}
+
 /// The command as it was given.
 pub fn command() -> String {
     std::env::args().collect::<Vec<_>>().join(" ")

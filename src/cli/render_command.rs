@@ -71,7 +71,7 @@ fn render(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let interrupts = Interrupts::listen();
 
-    let (job, outcome, seed, output) = pool.install(|| {
+    let (job, outcome, seed, output, cpu_seconds_rendering) = pool.install(|| {
         let prepared = load(path, sources, warnings).and_then(|(scene, timings)| {
             let job = Job::prepare(&scene, settings, timings, warnings)?;
             Ok((job, scene.named_files().collect::<Vec<_>>()))
@@ -96,8 +96,9 @@ fn render(
         let seed = settings.seed.unwrap_or(job.scene_seed);
         let listener = progress::listener(settings.quiet);
         interrupts.rendering_begins();
+        let (before, _) = process_usage();
         let outcome = job.render(seed, settings.budget, &interrupts.stop, listener.as_ref());
-        Ok::<_, RenderError>((job, outcome, seed, output))
+        Ok::<_, RenderError>((job, outcome, seed, output, process_usage().0 - before))
     })?;
     if outcome.interrupted && outcome.film.sample_count() == 0 {
         say("interrupted before anything was rendered: no image is written");
@@ -119,6 +120,7 @@ fn render(
         first_non_finite_sample: outcome.film.rejected().1,
         seconds: job.timings,
         cpu_seconds: 0.0,
+        cpu_seconds_rendering,
         peak_memory: 0,
         counters: outcome.counters,
         iterations: outcome.iterations.clone(),

@@ -36,6 +36,8 @@ pub struct Statistics {
     pub seconds: Timings,
     /// Processor seconds of the whole process.
     pub cpu_seconds: f64,
+    /// Those of them that went into tracing and learning: neither into getting ready nor into writing images.
+    pub cpu_seconds_rendering: f64,
     /// Largest resident memory of the process in bytes.
     pub peak_memory: u64,
     /// Rays, steps and vertices.

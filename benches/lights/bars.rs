@@ -1,0 +1,122 @@
+//! What the renderer set out to reach, and whether it did.
+
+use serde::Serialize;
+
+use super::compare::{Quantity, Run, SceneResult};
+use super::lamp::LampResult;
+use super::many::ManyResult;
+use super::ratio::Ratio;
+use super::table::Table;
+use super::variants::{DEFAULTS, NO_VISIBILITY, OPTIMAL, TREE, UNIFORM, Variant};
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Bound {
+    AtLeast(f64),
+    AtMost(f64),
+}
+
+#[derive(Serialize)]
+pub struct Bar {
+    pub name: String,
+    pub bound: Bound,
+    pub measured: Ratio,
+    pub verdict: &'static str,
+}
+
+impl Bar {
+    pub fn new(name: String, bound: Bound, measured: Ratio) -> Self {
+        let (is_met, is_certain) = match bound {
+            Bound::AtLeast(least) => (measured.value >= least, measured.low >= least || measured.high < least),
+            Bound::AtMost(most) => (measured.value <= most, measured.high <= most || measured.low > most),
+        };
+        let verdict = match (is_met, is_certain) {
+            _ if measured.value.is_nan() => "unknown: the reference is too noisy",
+            (true, true) => "met",
+            (true, false) => "met, but not beyond doubt",
+            (false, true) => "not met",
+            (false, false) => "not met, but not beyond doubt",
+        };
+        Self { name, bound, measured, verdict }
+    }
+}
+
+/// How many times a variant's number is another's, in one scene.
+struct Goal {
+    what: &'static str,
+    scene: &'static str,
+    bound: Bound,
+    of: Variant,
+    over: Variant,
+    quantity: Quantity,
+}
+
+fn goals() -> Vec<Goal> {
+    use Bound::{AtLeast, AtMost};
+    let mut goals = vec![];
+    let mut add = |what, bars: &[(&'static str, f64)], bound: fn(f64) -> Bound, of, over, quantity: Quantity| {
+        let goal = |&(scene, bar): &(&'static str, f64)| Goal { what, scene, bound: bound(bar), of, over, quantity };
+        goals.extend(bars.iter().map(goal));
+    };
+    let all = |bar| [("pier", bar), ("foliage", bar), ("house", bar)];
+    add(
+        "TTUV: uniform over cache points",
+        &[("pier", 2.0), ("foliage", 6.5), ("house", 3.5)],
+        AtLeast,
+        UNIFORM,
+        DEFAULTS,
+        Run::ttuv,
+    );
+    add(
+        "TTUV: optimal over cache points",
+        &[("pier", 10.0), ("foliage", 1.3), ("house", 1.4)],
+        AtLeast,
+        OPTIMAL,
+        DEFAULTS,
+        Run::ttuv,
+    );
+    add("RMSE: no visibility over optimal", &all(1.05), AtMost, NO_VISIBILITY, OPTIMAL, |run| run.errors.rmse);
+    add(
+        "RMSE: cache points over optimal",
+        &[("pier", 1.0), ("foliage", 1.0), ("house", 0.85)],
+        AtMost,
+        DEFAULTS,
+        OPTIMAL,
+        |run| run.errors.rmse,
+    );
+    add("memory: cache points over uniform", &all(1.1), AtMost, DEFAULTS, UNIFORM, |run| run.cost.peak_memory);
+    let tree = [("pier", 1.0), ("foliage", 1.0), ("house", 2.0), ("rooms", 2.0)];
+    add("TTUV: tree over cache points", &tree, AtLeast, TREE, DEFAULTS, Run::ttuv);
+    goals
+}
+
+/// Every bar that something was measured for.
+pub fn bars(scenes: &[SceneResult], many: Option<&ManyResult>, lamp: Option<&LampResult>) -> Vec<Bar> {
+    let of_scene = |goal: Goal| {
+        let result = scenes.iter().find(|result| result.scene == goal.scene)?;
+        let (way, other) = (result.way(goal.of)?, result.way(goal.over)?);
+        Some(Bar::new(format!("{}, {}", goal.what, goal.scene), goal.bound, way.ratio(other, goal.quantity)))
+    };
+    let mut bars: Vec<Bar> = goals().into_iter().filter_map(of_scene).collect();
+    if let Some(many) = many {
+        let [few, much] = many.counts();
+        let name = format!("CPU time a sample: {much} lights over {few}");
+        bars.push(Bar::new(name, Bound::AtMost(1.3), many.ratio));
+    }
+    if let Some(lamp) = lamp {
+        bars.push(Bar::new("wall time: auto over uniform, lamp".to_owned(), Bound::AtMost(1.02), lamp.wall));
+    }
+    bars
+}
+
+pub fn table(bars: &[Bar]) -> Table {
+    let mut table = Table::new("bars", &["what", "bar", "measured", "verdict"]);
+    table.notes.push("measured: geometric mean and 95 % confidence interval".to_owned());
+    table.rows.extend(bars.iter().map(|bar| {
+        let bound = match bar.bound {
+            Bound::AtLeast(least) => format!("≥ {least}"),
+            Bound::AtMost(most) => format!("≤ {most}"),
+        };
+        vec![bar.name.clone(), bound, bar.measured.show(), bar.verdict.to_owned()]
+    }));
+    table
+}

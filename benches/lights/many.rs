@@ -1,0 +1,110 @@
+//! Whether a sample costs the same however many lights there are: one geometry, a yard of pillars, under few and under very many point lights
+//! of the same power in all and in the same places as far as there are places.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use lanternfish::math::sampler::Stream;
+use serde::Serialize;
+
+use super::common::Estimate;
+use super::ratio::{Ratio, show};
+use super::run::{Cost, Task, fail, render};
+use super::settings::Settings;
+use super::table::Table;
+use super::variants::DEFAULTS;
+
+#[derive(Serialize)]
+pub struct ManyResult {
+    pub few: Timed,
+    pub many: Timed,
+    /// Processor seconds of rendering, many over few.
+    pub ratio: Ratio,
+}
+
+#[derive(Serialize)]
+pub struct Timed {
+    pub lights: u64,
+    pub costs: Vec<Cost>,
+}
+
+impl ManyResult {
+    pub fn counts(&self) -> [u64; 2] {
+        [self.few.lights, self.many.lights]
+    }
+}
+
+/// Seed by seed, both numbers in turn.
+pub fn measure(folder: &Path, counts: [u64; 2], settings: &Settings) -> ManyResult {
+    let files = counts.map(|lights| {
+        let path = folder.join(format!("yard-{lights}.pbrt"));
+        write(&path, lights).unwrap_or_else(|error| fail(&format!("{}: {error}", path.display())));
+        path
+    });
+    let scratch = tempfile::tempdir().expect("a temporary folder");
+    let (size, spp, output) = (settings.size.as_str(), settings.spp, scratch.path().join("render.exr"));
+    let mut costs = [vec![], vec![]];
+    for seed in settings.seeds() {
+        for index in 0..2 {
+            let (scene, arguments) = (files[index].as_path(), DEFAULTS.arguments);
+            costs[index].push(render(&Task { scene, arguments, size, spp, seed, output: &output }));
+        }
+    }
+    let [few, many] = costs;
+    let ratio = Ratio::of(many.iter().zip(&few).map(|(m, f)| m.rendering_seconds / f.rendering_seconds));
+    let timed = |index: usize, costs| Timed { lights: counts[index], costs };
+    ManyResult { few: timed(0, few), many: timed(1, many), ratio }
+}
+
+fn write(path: &Path, lights: u64) -> io::Result<()> {
+    let mut out = BufWriter::new(File::create(path)?);
+    writeln!(
+        out,
+        r#"LookAt 0 -30 12  0 0 0  0 0 1
+Camera "perspective" "float fov" 50
+Sampler "zsobol"
+Integrator "volpath" "integer maxdepth" 3
+Film "rgb" "integer xresolution" 320 "integer yresolution" 180
+WorldBegin
+Material "diffuse" "rgb reflectance" [ 0.5 0.5 0.5 ]
+Shape "disk" "float radius" 60"#
+    )?;
+    for index in 0..144 {
+        let (x, y) = (4 * (index % 12) - 22, 4 * (index / 12) - 22);
+        writeln!(
+            out,
+            "AttributeBegin Translate {x} {y} 0 Shape \"cylinder\" \"float radius\" 0.5 \"float zmax\" 4 AttributeEnd"
+        )?;
+    }
+    let mut stream = Stream::from_seed(1);
+    let intensity = 2000.0 / lights as f64;
+    for _ in 0..lights {
+        let [x, y, z] = [stream.next_f32(), stream.next_f32(), stream.next_f32()];
+        let (x, y, z) = (48.0 * x - 24.0, 48.0 * y - 24.0, 0.2 + 4.0 * z);
+        writeln!(
+            out,
+            "LightSource \"point\" \"point3 from\" [ {x:.4} {y:.4} {z:.4} ] \"rgb I\" [ {intensity:.4e} {intensity:.4e} {intensity:.4e} ]"
+        )?;
+    }
+    out.flush()
+}
+
+pub fn table(result: &ManyResult) -> Table {
+    let header = ["lights", "rendering CPU s", "all CPU s", "wall s", "build s", "MiB"];
+    let mut table = Table::new("one geometry, more lights", &header);
+    table.notes.push(format!("rendering CPU s, many over few: {}", result.ratio.show()));
+    for timed in [&result.few, &result.many] {
+        let of =
+            |quantity: fn(&Cost) -> f64| show(&Estimate::of(&timed.costs.iter().map(quantity).collect::<Vec<_>>()));
+        table.rows.push(vec![
+            timed.lights.to_string(),
+            of(|cost| cost.rendering_seconds),
+            of(|cost| cost.cpu_seconds),
+            of(|cost| cost.wall_seconds),
+            of(|cost| cost.build_seconds),
+            of(|cost| cost.peak_memory / (1u64 << 20) as f64),
+        ]);
+    }
+    table
+}

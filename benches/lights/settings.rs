@@ -1,0 +1,79 @@
+//! What the command line asks for.
+
+use super::common::{argument, flag, text_argument};
+
+/// The scenes and the numbers of lights that they get unless told otherwise: few, so that all takes minutes.
+const SCENES: [(&str, u64); 6] =
+    [("pier", 20_000), ("foliage", 3_000), ("house", 4_406), ("rooms", 2_000), ("beams", 24), ("lamp", 1)];
+
+pub struct Settings {
+    /// Scenes and their numbers of lights.
+    pub scenes: Vec<(String, u64)>,
+    pub size: String,
+    pub spp: u32,
+    /// Samples a pixel of [`super::variants::OPTIMAL`]: fewer than `spp` where it takes too long.
+    pub optimal_spp: u32,
+    /// Samples a pixel of both halves of a reference.
+    pub reference_spp: u32,
+    pub first_seed: u64,
+    pub seeds: u64,
+    /// Of what is timed without an image to judge.
+    pub repetitions: u64,
+    /// Columns that are left out.
+    pub without: Vec<String>,
+    pub columns: bool,
+    pub ablations: bool,
+    /// Numbers of lights of the scene whose time per sample is compared.
+    pub many: Option<[u64; 2]>,
+}
+
+impl Settings {
+    pub fn from_command_line() -> Self {
+        let list = |name: &str| -> Vec<String> {
+            text_argument(name).map_or(vec![], |text| text.split(',').map(str::to_owned).collect())
+        };
+        let mut scenes: Vec<(String, u64)> = SCENES.map(|(name, lights)| (name.to_owned(), lights)).to_vec();
+        for pair in list("lights-of") {
+            let wanted = pair.split_once('=').and_then(|(name, n)| Some((name, n.parse().ok()?)));
+            match wanted.and_then(|(name, n)| Some((scenes.iter_mut().find(|(other, _)| other == name)?, n))) {
+                Some((scene, lights)) => scene.1 = lights,
+                None => refuse(&format!("--lights-of {pair}: SCENE=NUMBER, of the scenes {}", names())),
+            }
+        }
+        let only = list("scenes");
+        let is_known = |name: &&String| *name == "none" || scenes.iter().any(|(other, _)| other == *name);
+        if let Some(unknown) = only.iter().find(|name| !is_known(name)) {
+            refuse(&format!("--scenes {unknown}: some of {}, or none", names()));
+        }
+        scenes.retain(|(name, _)| only.is_empty() || only.contains(name));
+        let spp = argument("spp", 16).max(1) as u32;
+        Self {
+            scenes,
+            size: text_argument("size").unwrap_or_else(|| "160x90".to_owned()),
+            spp,
+            optimal_spp: argument("optimal-spp", spp.into()).clamp(1, spp.into()) as u32,
+            reference_spp: argument("reference-spp", 16 * u64::from(spp)).max(2) as u32,
+            first_seed: argument("first-seed", 1),
+            seeds: argument("seeds", 3).max(1),
+            repetitions: argument("repetitions", 7).max(1),
+            without: list("without"),
+            columns: !flag("no-columns"),
+            ablations: !flag("no-ablations"),
+            many: flag("many").then(|| [argument("few-lights", 5_000), argument("many-lights", 5_000_000)]),
+        }
+    }
+
+    /// The seeds of the renders; those of references are elsewhere.
+    pub fn seeds(&self) -> impl Iterator<Item = u64> {
+        self.first_seed..self.first_seed + self.seeds
+    }
+}
+
+fn names() -> String {
+    SCENES.map(|(name, _)| name).join(", ")
+}
+
+fn refuse(message: &str) -> ! {
+    eprintln!("{message}");
+    std::process::exit(2);
+}
