@@ -5,7 +5,8 @@
 //! [`merge`] those that see the same lights, gather their lights ([`gather`]), [`blur`] over neighbours, [`learn`] what arrives, and
 //! [`select`] at a vertex from the nearest point ([`lookup`]). What a point knows is in [`table`].
 //!
-//! The points are only ever sampled from, never evaluated as lighting, so however rough they are, the image stays unbiased.
+//! The points are only ever sampled from, never evaluated as lighting, so however rough they are, the image stays unbiased (as long as what
+//! they learned in one iteration is independent of the random numbers of the next, which the render sees to).
 //! The same scene and seed give the same points at any number of threads: candidates are sorted, marks do not depend on order, removal is
 //! serial.
 

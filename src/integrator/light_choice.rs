@@ -90,6 +90,12 @@ impl LightChoice {
         }
     }
 
+    /// Whether choices change with what earlier ones came to.
+    #[inline]
+    pub fn learns(&self) -> bool {
+        self.cache_points().is_some_and(CachePoints::learns)
+    }
+
     /// An iteration is over: takes over what was learned.
     pub fn learn(&mut self) {
         if let Self::CachePoints(cache) = self

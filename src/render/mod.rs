@@ -25,7 +25,7 @@ use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
 use crate::integrator::{Counters, LightChoice, PathSettings, Scratch, World, trace_path};
-use crate::math::sampler::{Dimension, SampleId, SamplePoint};
+use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
 use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
 use plan::Plan;
@@ -284,6 +284,17 @@ impl Pass<'_> {
             .sum()
     }
 
+    /// The address of a sample's random numbers. The samples of a pixel are points of one sequence, each where the others are not. Where one pass
+    /// learns from the one before that would be bias, so then every pass has a sequence of its own.
+    fn sample_id(&self, pixel: [u32; 2], sample: u32) -> SampleId {
+        let first = self.samples.start;
+        if first > 0 && self.job.world.light_choice.learns() {
+            let seed = mix(u64::from(self.seed) << 32 | u64::from(first)) as u32;
+            return SampleId { seed, pixel, sample: sample - first };
+        }
+        SampleId { seed: self.seed, pixel, sample }
+    }
+
     fn pixel<const MEDIA: bool>(&self, pixel: [u32; 2], scratch: &mut Scratch) -> PixelSamples {
         let job = self.job;
         let mut samples = PixelSamples::new(job.film.sensor);
@@ -293,7 +304,7 @@ impl Pass<'_> {
             if self.interrupt.load(Ordering::Relaxed) {
                 break;
             }
-            let random = SamplePoint::new(SampleId { seed: self.seed, pixel, sample });
+            let random = SamplePoint::new(self.sample_id(pixel, sample));
             let [jitter_x, jitter_y, lens_u, lens_v] = random.draw::<4>(0, Dimension::Camera);
             let [u_time] = random.draw::<1>(0, Dimension::Time);
             let position = corner + Vec2::splat(0.5) + job.film.filter.sample([jitter_x, jitter_y]);
