@@ -32,16 +32,17 @@ enum Kind {
 }
 
 /// A point this much (squared) beyond the bounds counts as inside.
-const INSIDE: f32 = 1.002;
+pub(in crate::light) const INSIDE: f32 = 1.002;
 
+/// The larger of two numbers, in one instruction.
 #[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
+pub(in crate::light) fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
 /// cos(max(0, a − b)) from cos a and cos b, both angles in 0..=π.
 #[inline(always)]
-fn cos_less(cos_a: f32, cos_b: f32) -> f32 {
+pub(in crate::light) fn cos_less(cos_a: f32, cos_b: f32) -> f32 {
     let sines = larger((1.0 - cos_a * cos_a) * (1.0 - cos_b * cos_b), 0.0).sqrt();
     if cos_a >= cos_b { 1.0 } else { cos_a * cos_b + sines }
 }

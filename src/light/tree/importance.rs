@@ -8,27 +8,13 @@ use glam::Vec3;
 
 use super::node::Node;
 use crate::light::Receiver;
+use crate::light::emitters::{INSIDE, cos_less, larger};
 
 /// Above this no importance goes, so that two of them have a finite sum.
 const MAX_IMPORTANCE: f32 = f32::MAX / 4.0;
 
-/// A point this much (squared) beyond the sphere counts as inside.
-const INSIDE: f32 = 1.002;
-
 /// What a cosine may be off by rounding.
 const SLACK: f32 = 1e-6;
-
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// cos(max(0, a − b)) from cos a and cos b, both angles in 0..=π.
-#[inline(always)]
-fn cos_less(cos_a: f32, cos_b: f32) -> f32 {
-    let sines = larger((1.0 - cos_a * cos_a) * (1.0 - cos_b * cos_b), 0.0).sqrt();
-    if cos_a >= cos_b { 1.0 } else { cos_a * cos_b + sines }
-}
 
 impl Node {
     /// The importance of the lights below for `receiver`: 0 only where none of them can contribute.
