@@ -40,7 +40,7 @@ pub const COLUMNS: [Variant; 7] = [
     PAPER,
     DEFAULTS,
     TREE,
-    variant("tree, no splitting", &["--lights", "tree", "--splitting", "0"]),
+    variant("tree without splitting", &["--lights", "tree", "--splitting", "0"]),
 ];
 
 /// The defaults with one thing said. Where that is the default already, it shows how far equal things come out unequal.
