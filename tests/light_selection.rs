@@ -45,7 +45,7 @@ fn rivals(base: &Options) -> Vec<Rival> {
         rival("tree that splits, of 4", 1.0, of_4(of(LightSelection::Tree))),
         rival("points", 1.0, points(way(Hierarchy, Clusters))),
         rival("points of 4", 1.0, of_4(points(way(Hierarchy, Root)))),
-        rival("points without visibility", 1.0, points(without)),
+        rival("points without visibility", 4.0, points(without)),
         rival("points, few and without normals", 4.0, points(few(flat))),
         rival("points by lists", 1.0, points(way(Lists, Threshold))),
         rival("points by lists, few, of 4", 1.0, of_4(points(few(way(Lists, Root))))),
