@@ -53,8 +53,8 @@ impl VisibilityRule {
 }
 
 /// The least W of the √R rules: a light that nearly no place around sees may shine on just this one, and what is drawn too rarely there
-/// comes as a firefly. Measured on the scenes `house` and `rooms`: from 0 to 0.03 the error of all but the worst 1 % of pixels grows by a
-/// fiftieth, that of the worst shrinks by a tenth to a third.
+/// comes as a firefly. In the scenes `house` and `rooms` (240 × 135 pixels, 16 spp, two seeds) 0.03 instead of 0 raised the RMSE of direct light
+/// without the worst 1 % of pixels by 14 and 6 %, and lowered that of all pixels by 1 and 21 %, that of indirect light by 8 and 31 %.
 const LEAST_WEIGHT: f32 = 0.03;
 
 /// W = √R, but not below [`LEAST_WEIGHT`].

@@ -249,8 +249,6 @@ mod tests {
             let space = UnitSpace::around(points.iter().copied());
             let (octants, sum) = time(&|p| map.of(p));
             let (kd, other) = time(&|p| tree.nearest(space.to_unit(p)));
-            let (approx, third) = time(&|p| tree.roughly_nearest(space.to_unit(p)));
-            println!("approximate {approx:.0} ns, {:.4}", third as f64 / sum as f64);
             println!(
                 "{count} points: octants {octants:.0} ns (build {build:.2} s, {} KiB), k-d tree {kd:.0} ns",
                 map.memory() >> 10

@@ -47,11 +47,6 @@ impl NeighbourSearch {
         neighbours
     }
 
-    /// A point near `p` of unit space.
-    pub fn roughly_nearest(&self, p: Vec3) -> u32 {
-        self.tree.query(&p.to_array()).nearest_one::<SquaredEuclidean<f32>>().approx().execute().item
-    }
-
     /// The point nearest to `p` of unit space.
     pub fn nearest(&self, p: Vec3) -> u32 {
         self.tree.query(&p.to_array()).nearest_one::<SquaredEuclidean<f32>>().execute().item
