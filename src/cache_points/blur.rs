@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::hierarchy::{Cluster, Hierarchy};
 use super::neighbours::{Neighbour, NeighbourSearch};
-use super::table::BINS;
+use super::table::{Energies, List, Sensors, Table, pack, unpack};
+use crate::light::Lights;
 
 /// Neighbours blurred over: the kissing number 12, and 4 because radii vary.
 pub const NEIGHBOURS: usize = 16;
@@ -57,44 +58,57 @@ fn weights(neighbours: &[Neighbour]) -> Vec<Weighted> {
     neighbours.iter().enumerate().map(weight).collect()
 }
 
-/// Pairs of entries of which one holds the other, both lists in order: calls `pair` with their places.
-pub fn for_each_overlap(own: &[Cluster], other: &[Cluster], mut pair: impl FnMut(usize, usize)) {
+/// Pairs of entries of which one holds the other, both lists in order: calls `pair` with their numbers and clusters.
+pub fn for_each_overlap(own: List, other: List, mut pair: impl FnMut((usize, Cluster), (usize, Cluster))) {
     let (mut i, mut j) = (0, 0);
     while i < own.len() && j < other.len() {
-        if own[i].key <= other[j].last() && other[j].key <= own[i].last() {
-            pair(i, j);
+        let (a, b) = (own.get(i), other.get(j));
+        if a.first < b.end() && b.first < a.end() {
+            pair((i, a), (j, b));
         }
         // The one that ends first cannot meet anything more.
-        if own[i].last() <= other[j].last() { i += 1 } else { j += 1 }
+        if a.end() <= b.end() { i += 1 } else { j += 1 }
     }
 }
 
-/// Adds `weight` times the energies of a neighbour's entries to those of `own`. An entry that is part of one of `own` goes there; one that
-/// holds several of `own` is shared out by their strengths. What `own` does not hold (it is near there) is left out.
-pub fn add_energy(
-    hierarchy: &Hierarchy,
-    own: &[Cluster],
-    sums: &mut [[f32; BINS]],
-    (other, energy): (&[Cluster], &[[f32; BINS]]),
-    weight: f32,
-) {
-    for_each_overlap(own, other, |i, j| {
-        let share = if own[i].holds(&other[j]) {
-            1.0
-        } else {
-            let whole = hierarchy.strength(&other[j]);
-            if whole > 0.0 { (hierarchy.strength(&own[i]) / whole).min(1.0) } else { 0.0 }
-        };
-        for (sum, energy) in sums[i].iter_mut().zip(energy[j]) {
-            *sum += weight * share * energy;
+/// What the sensors receive, averaged over each point and its neighbours (section 3.1.5), not in place. A neighbour's entry that is part of one
+/// of the point's own goes there; one that holds several of them is shared out by their strengths.
+pub fn blurred(hierarchy: &Hierarchy, lights: &Lights, blur: &BlurWeights, table: &Table) -> Energies {
+    let mut out = Energies::new(table.energies.fluence.len());
+    out.split(&table.offsets).into_par_iter().enumerate().for_each(|(point, (fluence, shares))| {
+        let point = point as u32;
+        let own = table.list(point);
+        let (own_fluence, own_shares) = table.energies(point);
+        let mut sums: Vec<Sensors> = (0..own.len()).map(|k| unpack(k, own_fluence, own_shares)).collect();
+        let mut weights = 1.0;
+        for &(neighbour, weight) in blur.of(point) {
+            let (other_fluence, other_shares) = table.energies(neighbour);
+            weights += weight;
+            for_each_overlap(own, table.list(neighbour), |(i, a), (j, b)| {
+                let share = if a.holds(&b) { 1.0 } else { share(hierarchy, lights, &a, &b) };
+                let theirs = unpack(j, other_fluence, other_shares);
+                sums[i].iter_mut().zip(theirs).for_each(|(sum, energy)| *sum += weight * share * energy);
+            });
+        }
+        for (k, sensors) in sums.iter_mut().enumerate() {
+            sensors.iter_mut().for_each(|energy| *energy = (*energy / weights).min(f32::MAX));
+            pack(sensors, k, fluence, shares);
         }
     });
+    out
+}
+
+/// The share of `whole` that is `part`.
+fn share(hierarchy: &Hierarchy, lights: &Lights, part: &Cluster, whole: &Cluster) -> f32 {
+    let all = hierarchy.strength(lights, whole);
+    if all > 0.0 { (hierarchy.strength(lights, part) / all).min(1.0) } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::gather::Gathered;
     use super::*;
-    use crate::light::{Lights, PointLight};
+    use crate::light::PointLight;
     use crate::math::Rgb;
 
     #[test]
@@ -115,14 +129,23 @@ mod tests {
             lights.add_point(PointLight { p: Vec3::X * i as f32, intensity: Rgb::WHITE });
         });
         let hierarchy = Hierarchy::new(&lights);
-        let halves = |c: &Cluster| hierarchy.children(c).expect("several lights");
-        let [a, b] = halves(&hierarchy.roots().next().expect("a root"));
-        let ([aa, ab], [ba, bb]) = (halves(&a), halves(&b));
-        let [baa, bab] = halves(&ba);
-        let own = [a, baa, bab, bb];
-        let other = [aa, ab, ba];
-        let mut found = vec![];
-        for_each_overlap(&own, &other, |i, j| found.push((i, j)));
-        assert_eq!(found, [(0, 0), (0, 1), (1, 2), (2, 2)]);
+        let [a, b] = [0..4, 4..8].map(|places| -> Vec<Cluster> {
+            places.map(|place| hierarchy.leaf(place).expect("eight lights")).collect()
+        });
+        let root = hierarchy.roots().next().expect("lights");
+        let gathered = |clusters| Gathered { clusters, near: vec![] };
+        // All alone; four alone and the rest in one; all in one.
+        let rest = Cluster { first: 4, count: 4, ..root };
+        let lists = [[&a[..], &b].concat(), [&a[..], &[rest]].concat(), vec![root]].map(gathered);
+        let table = Table::new(&lists, Some(hierarchy.places()));
+        let pairs = |own, other| {
+            let mut found = vec![];
+            for_each_overlap(table.list(own), table.list(other), |(i, _), (j, _)| found.push((i, j)));
+            found
+        };
+        let paired: Vec<_> = (0..8).map(|i| (i, i.min(4))).collect();
+        assert_eq!(pairs(0, 1), paired);
+        assert_eq!(pairs(1, 0), paired.iter().map(|&(i, j)| (j, i)).collect::<Vec<_>>());
+        assert_eq!(pairs(0, 2), (0..8).map(|i| (i, 0)).collect::<Vec<_>>());
     }
 }

@@ -9,9 +9,11 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
+use super::blur::BlurWeights;
 use super::hierarchy::{Cluster, Hierarchy};
-use super::table::{BINS, OMNIDIRECTIONAL};
+use super::table::{BINS, OMNIDIRECTIONAL, Sensors};
 use crate::light::{LightId, LightRef, Lights, Receiver};
 
 /// The share of the energy that is looked into.
@@ -48,13 +50,23 @@ pub struct Place {
     pub radius: f32,
 }
 
-/// What was gathered, both lists in order.
-#[derive(Clone, Debug, Default)]
+/// What was gathered.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gathered {
-    /// Lights to be evaluated at the vertex.
-    pub near: Vec<Cluster>,
-    /// Lights and clusters that are summed up by sensors.
-    pub far: Vec<Cluster>,
+    /// Lights and clusters, in order.
+    pub clusters: Vec<Cluster>,
+    /// Which of them are near: they are evaluated at the vertex.
+    pub near: Vec<u16>,
+}
+
+impl Gathered {
+    /// `near` and all the others.
+    fn new(near: &[Cluster], mut clusters: Vec<Cluster>) -> Self {
+        clusters.sort_unstable_by_key(|cluster| cluster.first);
+        let place = |light: &Cluster| clusters.binary_search_by_key(&light.first, |c| c.first).ok();
+        let near = near.iter().filter_map(place).map(|k| k as u16).collect();
+        Self { clusters, near }
+    }
 }
 
 /// A node that waits to be looked into, the one that matters most first.
@@ -78,11 +90,11 @@ impl PartialOrd for Waiting {
 }
 impl Ord for Waiting {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.priority.total_cmp(&other.priority).then(other.cluster.key.cmp(&self.cluster.key))
+        self.priority.total_cmp(&other.priority).then(other.cluster.first.cmp(&self.cluster.first))
     }
 }
 
-/// Goes down the hierarchy at `place`; at most `most` entries (and one more).
+/// Goes down the hierarchy at `place`; at most `most` entries where there are not more lights at infinity than that.
 pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Place, most: usize) -> Gathered {
     let receiver = Receiver::medium(place.p);
     let mut waiting: BinaryHeap<Waiting> = BinaryHeap::new();
@@ -103,34 +115,36 @@ pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Place, most: 
             }
         }
         let entries = found.len() + waiting.len();
-        let enough = unknown <= f64::from(1.0 - ENERGY) * (known + unknown) && entries >= FEWEST;
-        if enough || entries >= most {
+        if unknown <= f64::from(1.0 - ENERGY) * (known + unknown) && entries >= FEWEST {
             break;
         }
-        let Some(next) = waiting.pop() else { break };
+        let Some(next) = waiting.peek() else { break };
+        let children = hierarchy.children(&next.cluster);
+        if entries + children.len() > most + 1 {
+            break;
+        }
         unknown = (unknown - f64::from(next.energy)).max(0.0);
-        open.extend(hierarchy.children(&next.cluster).into_iter().flatten());
+        waiting.pop();
+        open.extend(children);
     }
     let near = found.iter().filter(|(_, light, _)| is_near(lights, *light, place));
     let near = strongest(near.map(|&(energy, _, cluster)| (energy, cluster)).collect());
-    let far = found.into_iter().map(|(.., cluster)| cluster).filter(|cluster| !contains(&near, cluster));
-    let mut far: Vec<Cluster> = far.chain(waiting.into_iter().map(|w| w.cluster)).collect();
-    far.sort_unstable_by_key(|cluster| cluster.key);
-    Gathered { near, far }
+    let found = found.into_iter().map(|(.., cluster)| cluster);
+    Gathered::new(&near, found.chain(waiting.into_iter().map(|w| w.cluster)).collect())
 }
 
 /// Visits every light: the near ones, and for each sensor the fewest far ones that hold 97 % of what it receives. A light that one
 /// sensor keeps counts for all of them.
 pub fn by_lists(hierarchy: &Hierarchy, lights: &Lights, leaves: &[(LightId, Cluster)], place: Place) -> Gathered {
-    let (near, mut far): (Vec<_>, Vec<_>) = leaves.iter().partition(|(light, _)| is_near(lights, *light, place));
+    let near: Vec<_> = leaves.iter().filter(|(light, _)| is_near(lights, *light, place)).collect();
     let energy = |light| lights.contribution(light, &Receiver::medium(place.p));
     let near = strongest(near.into_iter().map(|&(light, cluster)| (energy(light), cluster)).collect());
-    far.extend(leaves.iter().filter(|(light, cluster)| is_near(lights, *light, place) && !contains(&near, cluster)));
-    let mut far: Vec<([f32; BINS], Cluster)> =
-        far.into_iter().map(|(_, cluster)| (sensors(hierarchy, lights, cluster, place.p), *cluster)).collect();
-    let mut kept: Vec<Cluster> = vec![];
+    let is_far = |cluster: &Cluster| near.binary_search_by_key(&cluster.first, |c| c.first).is_err();
+    let far = leaves.iter().map(|(_, cluster)| *cluster).filter(is_far);
+    let mut far: Vec<(Sensors, Cluster)> = far.map(|c| (sensors(hierarchy, lights, &c, place.p), c)).collect();
+    let mut kept: Vec<Cluster> = near.clone();
     for bin in 0..BINS {
-        far.sort_unstable_by(|a, b| b.0[bin].total_cmp(&a.0[bin]).then(a.1.key.cmp(&b.1.key)));
+        far.sort_unstable_by(|a, b| b.0[bin].total_cmp(&a.0[bin]).then(a.1.first.cmp(&b.1.first)));
         let total: f64 = far.iter().map(|(energy, _)| f64::from(energy[bin])).sum();
         let mut sum = 0.0;
         let needed = far.iter().position(|(energy, _)| {
@@ -140,25 +154,46 @@ pub fn by_lists(hierarchy: &Hierarchy, lights: &Lights, leaves: &[(LightId, Clus
         let count = needed.map_or(far.len(), |k| k + 1).clamp(FEWEST, MOST).min(far.len());
         kept.extend(far[..count].iter().map(|(_, cluster)| *cluster));
     }
-    kept.sort_unstable_by_key(|cluster| cluster.key);
+    kept.sort_unstable_by_key(|cluster| cluster.first);
     kept.dedup();
-    Gathered { near, far: kept }
+    Gathered::new(&near, kept)
 }
 
-/// The strongest near lights, in order of keys.
+/// Gathers at all `places` by [`by_lists`]; the blur that follows adds its neighbours' lights to each point, as far as there is room for `most`.
+pub fn all_by_lists(
+    hierarchy: &Hierarchy,
+    lights: &Lights,
+    places: &[Place],
+    blur: &BlurWeights,
+    most: usize,
+) -> Vec<Gathered> {
+    let leaf = |id| hierarchy.leaf(hierarchy.place(lights, id)?).map(|leaf| (id, leaf));
+    let leaves: Vec<(LightId, Cluster)> = lights.ids().filter_map(leaf).collect();
+    let own: Vec<Gathered> = places.par_iter().map(|&place| by_lists(hierarchy, lights, &leaves, place)).collect();
+    let with_neighbours = |point: u32| {
+        let Gathered { clusters, near } = &own[point as usize];
+        let near: Vec<Cluster> = near.iter().map(|&k| clusters[usize::from(k)]).collect();
+        let theirs = blur.of(point).iter().flat_map(|&(q, _)| &own[q as usize].clusters);
+        let is_new = |c: &Cluster| clusters.binary_search_by_key(&c.first, |c| c.first).is_err();
+        let mut more: Vec<Cluster> = theirs.copied().filter(is_new).collect();
+        more.sort_unstable_by_key(|c| c.first);
+        more.dedup();
+        more.truncate(most.saturating_sub(clusters.len()));
+        Gathered::new(&near, [&clusters[..], &more].concat())
+    };
+    (0..own.len() as u32).into_par_iter().map(with_neighbours).collect()
+}
+
+/// The strongest near lights, in order.
 fn strongest(mut near: Vec<(f32, Cluster)>) -> Vec<Cluster> {
-    near.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.key.cmp(&b.1.key)));
+    near.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.first.cmp(&b.1.first)));
     near.truncate(MOST_NEAR);
-    near.sort_unstable_by_key(|(_, cluster)| cluster.key);
+    near.sort_unstable_by_key(|(_, cluster)| cluster.first);
     near.into_iter().map(|(_, cluster)| cluster).collect()
 }
 
-fn contains(sorted: &[Cluster], cluster: &Cluster) -> bool {
-    sorted.binary_search_by_key(&cluster.key, |c| c.key).is_ok()
-}
-
 /// What each sensor at `p` receives of a cluster, unoccluded.
-pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec3) -> [f32; BINS] {
+pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec3) -> Sensors {
     std::array::from_fn(|bin| {
         let receiver =
             if bin == OMNIDIRECTIONAL { Receiver::medium(p) } else { Receiver::surface(p, PLANES[bin], false) };

@@ -1,57 +1,17 @@
 //! The lights as cache points see them: the light hierarchy, and beside it the lights that are infinitely far away.
 //!
-//! Every leaf has a key of 64 bits: a tree's leaf the turns from the root to it, the first turn in the second highest bit; a light at infinity
-//! the highest bit and its number. A node covers the keys that begin with its own turns, so lists of disjoint nodes can be ordered,
-//! and the one that holds a light found by one binary search, without a number stored for any light.
+//! Every light that shines has a place: the tree's from left to right, then those at infinity. A cluster is a range of places, so lists
+//! of disjoint clusters can be ordered, and the one that holds a light found by one binary search.
 
-use glam::Vec3;
+use arrayvec::ArrayVec;
 
-use crate::light::tree::build::Leaf;
-use crate::light::tree::{Below, LightBounds, LightTree, ROOT};
+use crate::light::tree::{LightTree, MOST_IN_LEAF, Parts};
 use crate::light::{LightId, LightRef, Lights, Receiver};
 
-/// Marks keys of lights at infinity.
-const AT_INFINITY: u64 = 1 << 63;
+pub use crate::light::tree::Cluster;
 
-/// A light, or a cluster of lights.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cluster {
-    /// The least key below.
-    pub key: u64,
-    /// The node of the tree; the light's number where it is at infinity.
-    node: u32,
-    /// How many of the key's high bits all below share.
-    bits: u32,
-}
-
-impl Cluster {
-    /// The greatest key below.
-    #[inline]
-    pub const fn last(&self) -> u64 {
-        self.key | (u64::MAX >> 1 >> (self.bits - 1))
-    }
-
-    /// Whether `key` is below.
-    #[inline]
-    pub const fn covers(&self, key: u64) -> bool {
-        self.key <= key && key <= self.last()
-    }
-
-    /// Whether all of `other` is below.
-    #[inline]
-    pub const fn holds(&self, other: &Self) -> bool {
-        self.key <= other.key && other.last() <= self.last()
-    }
-
-    const fn is_at_infinity(&self) -> bool {
-        self.key & AT_INFINITY != 0
-    }
-
-    /// Its depth in the tree.
-    const fn depth(&self) -> u32 {
-        self.bits - 1
-    }
-}
+/// The node of lights at infinity.
+const AT_INFINITY: u32 = u32::MAX;
 
 /// The tree and the lights at infinity.
 #[derive(Debug)]
@@ -65,67 +25,64 @@ impl Hierarchy {
     pub fn new(lights: &Lights) -> Self {
         let shines =
             |id: &LightId| !lights.is_dark(*id) && !lights.linking().is_some_and(|linking| linking.is_exclusive(*id));
-        let leaf = |id: LightId| LightBounds::of(lights, id).map(|bounds| Leaf::new(id.0, bounds));
-        let leaves = lights.ids().filter(shines).filter_map(leaf).collect();
-        let at_infinity = lights.ids().filter(|&id| is_at_infinity(lights, id)).filter(shines).collect();
-        Self { tree: LightTree::new(leaves, lights.len()), at_infinity }
+        let (at_infinity, finite): (Vec<LightId>, Vec<LightId>) =
+            lights.ids().filter(shines).partition(|&id| is_at_infinity(lights, id));
+        let finite = finite.into_iter().map(|id| id.0).collect();
+        Self { tree: LightTree::new(lights, finite, lights.len(), MOST_IN_LEAF), at_infinity }
+    }
+
+    /// Places in the tree; from here on those at infinity follow.
+    fn finite(&self) -> u32 {
+        self.tree.as_ref().map_or(0, LightTree::len)
+    }
+
+    /// How many places there are.
+    #[inline]
+    pub fn places(&self) -> u32 {
+        self.finite() + self.at_infinity.len() as u32
     }
 
     /// The clusters that hold everything: the tree's root and each light at infinity.
     pub fn roots(&self) -> impl Iterator<Item = Cluster> + '_ {
-        let root = self.tree.iter().map(|_| Cluster { key: 0, node: ROOT, bits: 1 });
-        root.chain(self.at_infinity.iter().map(|id| Cluster {
-            key: AT_INFINITY | u64::from(id.0),
-            node: id.0,
-            bits: 64,
-        }))
+        let at_infinity = |place| Cluster { first: place, count: 1, node: AT_INFINITY };
+        self.tree.iter().map(LightTree::root).chain((self.finite()..self.places()).map(at_infinity))
     }
 
-    /// The two halves of a cluster that is not one light.
+    /// What a cluster of several lights falls into. Nothing for one light.
     #[inline]
-    pub fn children(&self, cluster: &Cluster) -> Option<[Cluster; 2]> {
-        if cluster.is_at_infinity() {
-            return None;
+    pub fn children(&self, cluster: &Cluster) -> ArrayVec<Cluster, MOST_IN_LEAF> {
+        match &self.tree {
+            Some(tree) if cluster.count > 1 => tree.children(cluster),
+            _ => ArrayVec::new(),
         }
-        let Below::Nodes([first, second]) = self.tree.as_ref()?.below(cluster.node) else { return None };
-        let bits = cluster.bits + 1;
-        let turn = 1 << (64 - bits);
-        let child = |key, node| Cluster { key, node, bits };
-        Some([child(cluster.key, first), child(cluster.key | turn, second)])
     }
 
-    /// The key of a light that shines on everything.
+    /// The place of a light that shines on everything.
     #[inline]
-    pub fn key(&self, lights: &Lights, id: LightId) -> Option<u64> {
-        if let Some(trail) = self.tree.as_ref().and_then(|tree| tree.trail(id.0)) {
-            return Some(trail.reverse_bits() >> 1);
+    pub fn place(&self, lights: &Lights, id: LightId) -> Option<u32> {
+        if let Some(place) = self.tree.as_ref().and_then(|tree| tree.place(id.0)) {
+            return Some(place);
         }
-        let is_here = is_at_infinity(lights, id) && self.at_infinity.binary_search(&id).is_ok();
-        is_here.then_some(AT_INFINITY | u64::from(id.0))
+        let is_here = || self.at_infinity.binary_search(&id).ok();
+        if is_at_infinity(lights, id) { Some(self.finite() + is_here()? as u32) } else { None }
     }
 
     /// The light that a cluster is, if it is one.
     #[inline]
     pub fn light(&self, cluster: &Cluster) -> Option<LightId> {
-        if cluster.is_at_infinity() {
-            return Some(LightId(cluster.node));
+        if cluster.node == AT_INFINITY {
+            return Some(self.at_infinity[(cluster.first - self.finite()) as usize]);
         }
-        match self.tree.as_ref()?.below(cluster.node) {
-            Below::Light(light) => Some(LightId(light)),
-            Below::Nodes(_) => None,
-        }
+        self.tree.as_ref()?.light(cluster).map(LightId)
     }
 
-    /// The light of key `key` as a cluster.
-    pub fn leaf(&self, lights: &Lights, id: LightId) -> Option<Cluster> {
-        let key = self.key(lights, id)?;
-        self.roots().find(|root| root.covers(key)).map(|root| {
-            let mut cluster = root;
-            while let Some(halves) = self.children(&cluster) {
-                cluster = halves[usize::from(halves[1].covers(key))];
-            }
-            cluster
-        })
+    /// The light at `place` as a cluster.
+    pub fn leaf(&self, place: u32) -> Option<Cluster> {
+        let mut cluster = self.roots().find(|root| root.covers(place))?;
+        while let Some(next) = self.children(&cluster).into_iter().find(|child| child.covers(place)) {
+            cluster = next;
+        }
+        Some(cluster)
     }
 
     /// What `receiver` gets of a cluster, unoccluded: of one light its contribution, of several an upper bound.
@@ -139,10 +96,12 @@ impl Hierarchy {
     }
 
     /// A measure of the strength of a cluster, for sharing out among its parts.
-    #[inline]
-    pub fn strength(&self, cluster: &Cluster) -> f32 {
+    pub fn strength(&self, lights: &Lights, cluster: &Cluster) -> f32 {
         match &self.tree {
-            Some(tree) if !cluster.is_at_infinity() => tree.node(cluster.node).energy,
+            Some(tree) if cluster.node != AT_INFINITY => match tree.light(cluster) {
+                Some(light) => lights.bounds(light).energy,
+                None => tree.node(cluster.node).energy,
+            },
             _ => 1.0,
         }
     }
@@ -150,31 +109,34 @@ impl Hierarchy {
     /// How much a cluster of several lights looks like many from `p`: its angular size, from a tenth (they count even where they are close
     /// together: some may be hidden) to 1.
     #[inline]
-    pub fn spread(&self, cluster: &Cluster, p: Vec3) -> f32 {
-        let Some(tree) = self.tree.as_ref().filter(|_| !cluster.is_at_infinity()) else { return 1.0 };
+    pub fn spread(&self, cluster: &Cluster, p: glam::Vec3) -> f32 {
+        let Some(tree) = self.tree.as_ref().filter(|_| cluster.node != AT_INFINITY) else { return 1.0 };
         let node = tree.node(cluster.node);
         let distance = node.centre.distance(p);
         if distance > node.radius { (2.0 * node.radius / distance).clamp(0.1, 1.0) } else { 1.0 }
     }
 
-    /// A light below, and what is left of `u`.
+    /// A light below, its probability given the cluster, and what is left of `u`.
     #[inline]
-    pub fn sample_below(&self, cluster: &Cluster, receiver: &Receiver, u: f64) -> Option<(LightId, f64)> {
-        if cluster.is_at_infinity() {
-            return Some((LightId(cluster.node), u));
+    pub fn sample_below(
+        &self,
+        lights: &Lights,
+        cluster: &Cluster,
+        receiver: &Receiver,
+        u: f64,
+    ) -> Option<(LightId, f32, f64)> {
+        if let Some(light) = self.light(cluster) {
+            return Some((light, 1.0, u));
         }
-        let (light, _, rest) = self.tree.as_ref()?.sample(cluster.node, receiver, u);
-        Some((LightId(light), rest))
+        let (light, pmf, rest) = self.tree.as_ref()?.sample(lights, cluster, receiver, u);
+        Some((LightId(light), pmf, rest))
     }
 
-    /// The probability with which [`Hierarchy::sample_below`] takes the light of key `key`, which is below.
+    /// The probability with which [`Hierarchy::sample_below`] takes the light at `place`, which is below.
     #[inline]
-    pub fn pmf_below(&self, cluster: &Cluster, key: u64, receiver: &Receiver) -> f32 {
+    pub fn pmf_below(&self, lights: &Lights, cluster: &Cluster, place: u32, receiver: &Receiver) -> f32 {
         match &self.tree {
-            Some(tree) if !cluster.is_at_infinity() => {
-                let trail = (key << 1).reverse_bits();
-                tree.pmf(cluster.node, cluster.depth(), trail, receiver)
-            }
+            Some(tree) if cluster.count > 1 => tree.pmf(lights, cluster, place, receiver),
             _ => 1.0,
         }
     }
@@ -191,6 +153,8 @@ fn is_at_infinity(lights: &Lights, id: LightId) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::light::{DistantLight, PointLight};
     use crate::math::Rgb;
@@ -204,23 +168,22 @@ mod tests {
         }
         lights.add_distant(DistantLight { wi: Vec3::Y, irradiance: Rgb::WHITE });
         let hierarchy = Hierarchy::new(&lights);
-        assert_eq!(hierarchy.key(&lights, LightId(7)), None);
-        let mut keys = vec![];
+        assert_eq!(hierarchy.place(&lights, LightId(7)), None);
+        let mut places = vec![];
         for id in lights.ids().filter(|id| id.0 != 7) {
-            let (key, leaf) =
-                (hierarchy.key(&lights, id).expect("it shines"), hierarchy.leaf(&lights, id).expect("it shines"));
+            let place = hierarchy.place(&lights, id).expect("it shines");
+            let leaf = hierarchy.leaf(place).expect("it has a place");
             assert_eq!(hierarchy.light(&leaf), Some(id));
-            assert!(leaf.covers(key) && leaf.key == key);
-            assert_eq!(hierarchy.roots().filter(|root| root.covers(key) && root.holds(&leaf)).count(), 1);
-            keys.push(key);
+            assert!(leaf.covers(place) && leaf.first == place && leaf.count == 1);
+            assert_eq!(hierarchy.roots().filter(|root| root.covers(place) && root.holds(&leaf)).count(), 1);
+            places.push(place);
         }
-        keys.sort_unstable();
-        keys.dedup();
-        assert_eq!(keys.len(), 37);
+        places.sort_unstable();
+        assert!(places.into_iter().eq(0..hierarchy.places()));
     }
 
     #[test]
-    fn halves_make_the_whole() {
+    fn children_make_the_whole() {
         let mut lights = Lights::default();
         for i in 0..64 {
             lights.add_point(PointLight { p: Vec3::splat((i * i) as f32), intensity: Rgb::WHITE });
@@ -229,14 +192,18 @@ mod tests {
         let mut open: Vec<Cluster> = hierarchy.roots().collect();
         let mut leaves = 0;
         while let Some(cluster) = open.pop() {
-            match hierarchy.children(&cluster) {
-                None => leaves += 1,
-                Some([a, b]) => {
-                    assert!(cluster.holds(&a) && cluster.holds(&b) && !a.holds(&cluster));
-                    assert!(a.key == cluster.key && a.last() < b.key && b.last() == cluster.last());
-                    open.extend([a, b]);
-                }
+            let children = hierarchy.children(&cluster);
+            if children.is_empty() {
+                leaves += cluster.count;
+                continue;
             }
+            let mut next = cluster.first;
+            for child in &children {
+                assert!(child.first == next && cluster.holds(child) && !child.holds(&cluster));
+                next = child.end();
+            }
+            assert_eq!(next, cluster.end());
+            open.extend(children);
         }
         assert_eq!(leaves, 64);
     }

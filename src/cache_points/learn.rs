@@ -7,11 +7,13 @@
 //! the clusters of the light hierarchy that it belongs to: after some tries at the lights of the next room, all of them are known to be
 //! hidden.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::blur::{BlurWeights, for_each_overlap};
-use super::hierarchy::Cluster;
-use super::table::{BINS, Counter, FarLights, NearLights, range, split_lists};
+use super::hierarchy::{Cluster, Hierarchy};
+use super::table::{Counter, List, Table, range, split_lists};
 
 /// R above this is left alone by the paper's rule.
 const R_MIN: f32 = 0.04;
@@ -67,114 +69,100 @@ fn posterior([attempts, successes]: Tally, prior: f32) -> f32 {
     ((successes + PRIOR_TRIES * prior) / (attempts + PRIOR_TRIES)).min(1.0)
 }
 
-/// R of each entry with its clusters as priors: from the whole list down the hierarchy, what is known of a part goes on from what is known of
-/// the whole. `sums` are the running sums of the entries' tallies, from 0 on.
-fn descend(entries: &[Cluster], sums: &[[f64; 2]], prior: f32, out: &mut Vec<f32>) {
-    let (Some(first), Some(last), count) = (entries.first(), entries.last(), entries.len()) else { return };
-    let tally = [0, 1].map(|k| (sums[count][k] - sums[0][k]) as f32);
-    let r = posterior(tally, prior);
-    if count == 1 {
-        out.push(r);
-        return;
-    }
-    // The highest turn that not all of them share.
-    let turn = 63 - (first.key ^ last.key).leading_zeros();
-    let middle = entries.partition_point(|entry| entry.key >> turn & 1 == 0);
-    descend(&entries[..middle], &sums[..=middle], r, out);
-    descend(&entries[middle..], &sums[middle..], r, out);
+/// R of each entry with its clusters as priors: from all lights down the hierarchy, what is known of a part goes on from what is known of
+/// the whole.
+struct Descent<'a> {
+    hierarchy: &'a Hierarchy,
+    list: List<'a>,
+    /// Running sums of the entries' tallies, from 0 on.
+    sums: Vec<[f64; 2]>,
+    /// R of the entries so far.
+    out: Vec<f32>,
 }
 
-/// The blurred weights of one list of entries; `entries` gives the clusters and counters of any point's list.
-fn weights<'a>(
-    rule: VisibilityRule,
-    point: u32,
-    blur: &BlurWeights,
-    entries: &impl Fn(u32) -> (&'a [Cluster], &'a [Counter]),
-) -> Vec<f32> {
-    let (own, counters) = entries(point);
+impl<'a> Descent<'a> {
+    fn new(hierarchy: &'a Hierarchy, list: List<'a>, tallies: &[Tally]) -> Self {
+        let mut sums = Vec::with_capacity(tallies.len() + 1);
+        sums.push([0.0; 2]);
+        for (k, tally) in tallies.iter().enumerate() {
+            sums.push([0, 1].map(|i| sums[k][i] + f64::from(tally[i])));
+        }
+        Self { hierarchy, list, sums, out: Vec::with_capacity(tallies.len()) }
+    }
+
+    /// R of every entry.
+    fn all(mut self) -> Vec<f32> {
+        let entries = 0..self.list.len();
+        let r = self.posterior(&entries, PRIOR);
+        for root in self.hierarchy.roots() {
+            self.go_on(&entries, root, r);
+        }
+        self.out
+    }
+
+    fn posterior(&self, entries: &Range<usize>, prior: f32) -> f32 {
+        posterior([0, 1].map(|i| (self.sums[entries.end][i] - self.sums[entries.start][i]) as f32), prior)
+    }
+
+    /// Those of `entries` that are in `cluster`, where R is expected to be that of all of `entries`, `r`.
+    fn go_on(&mut self, entries: &Range<usize>, cluster: Cluster, r: f32) {
+        let within = entries.start..entries.end;
+        let part =
+            within.start.max(self.list.from_place(cluster.first))..within.end.min(self.list.from_place(cluster.end()));
+        if part.is_empty() {
+            return;
+        }
+        // What all of them are in tells nothing new.
+        let r = if part == within { r } else { self.posterior(&part, r) };
+        if part.len() == 1 {
+            self.out.push(r);
+            return;
+        }
+        for child in self.hierarchy.children(&cluster) {
+            self.go_on(&part, child, r);
+        }
+    }
+}
+
+/// The blurred weights of one point's entries.
+fn weights(rule: VisibilityRule, hierarchy: &Hierarchy, blur: &BlurWeights, table: &Table, point: u32) -> Vec<f32> {
+    let own = table.list(point);
+    let counters = |point| &table.counters[range(&table.offsets, point)];
+    // Sums over the point and its neighbours, of W or of what was tried.
+    let own_of = |c: &Counter| match rule {
+        VisibilityRule::Threshold => [1.0, rule.own(c.get())],
+        _ => c.get().map(|n| n as f32),
+    };
+    let mut sums: Vec<Tally> = counters(point).iter().map(own_of).collect();
+    for &(neighbour, weight) in blur.of(point) {
+        let theirs = counters(neighbour);
+        for_each_overlap(own, table.list(neighbour), |(i, _), (j, _)| {
+            let more = own_of(&theirs[j]);
+            sums[i] = [sums[i][0] + weight * more[0], sums[i][1] + weight * more[1]];
+        });
+    }
     match rule {
         VisibilityRule::Off => vec![1.0; own.len()],
-        VisibilityRule::Threshold => {
-            let mut sums: Vec<[f32; 2]> = counters.iter().map(|c| [rule.own(c.get()), 1.0]).collect();
-            for &(neighbour, weight) in blur.of(point) {
-                let (other, counters) = entries(neighbour);
-                for_each_overlap(own, other, |i, j| {
-                    if other[j].holds(&own[i]) {
-                        sums[i][0] += weight * rule.own(counters[j].get());
-                        sums[i][1] += weight;
-                    }
-                });
-            }
-            sums.into_iter().map(|[sum, weight]| sum / weight).collect()
-        }
-        VisibilityRule::Root | VisibilityRule::Clusters => {
-            let counts = |c: &Counter| c.get().map(|n| n as f32);
-            let mut tallies: Vec<Tally> = counters.iter().map(counts).collect();
-            for &(neighbour, weight) in blur.of(point) {
-                let (other, counters) = entries(neighbour);
-                for_each_overlap(own, other, |i, j| {
-                    if other[j].holds(&own[i]) {
-                        let more = counts(&counters[j]);
-                        tallies[i] = [tallies[i][0] + weight * more[0], tallies[i][1] + weight * more[1]];
-                    }
-                });
-            }
-            if rule == VisibilityRule::Root {
-                return tallies.into_iter().map(|tally| weight(posterior(tally, PRIOR))).collect();
-            }
-            let mut sums = vec![[0.0; 2]];
-            sums.extend(tallies.iter().scan([0.0; 2], |sum, tally| {
-                *sum = [sum[0] + f64::from(tally[0]), sum[1] + f64::from(tally[1])];
-                Some(*sum)
-            }));
-            let mut shares = Vec::with_capacity(own.len());
-            descend(own, &sums, PRIOR, &mut shares);
-            shares.iter_mut().for_each(|r| *r = weight(*r));
-            shares
-        }
+        VisibilityRule::Threshold => sums.into_iter().map(|[weight, sum]| sum / weight).collect(),
+        VisibilityRule::Root => sums.into_iter().map(|tally| weight(posterior(tally, PRIOR))).collect(),
+        VisibilityRule::Clusters => Descent::new(hierarchy, own, &sums).all().into_iter().map(weight).collect(),
     }
 }
 
 /// Turns what was learned into the weights that the next iteration selects by.
-pub fn update(rule: VisibilityRule, blur: &BlurWeights, near: &mut NearLights, far: &mut FarLights) {
-    let NearLights { offsets, clusters, counters, visibility } = near;
-    split_lists(visibility, offsets, 1).into_par_iter().enumerate().for_each(|(point, out)| {
-        let entries = |p| {
-            let list = range(offsets, p);
-            (&clusters[list.clone()], &counters[list])
-        };
-        out.copy_from_slice(&weights(rule, point as u32, blur, &entries));
+pub fn update(rule: VisibilityRule, hierarchy: &Hierarchy, blur: &BlurWeights, table: &mut Table) {
+    let mut visibility = std::mem::take(&mut table.visibility);
+    split_lists(&mut visibility, &table.offsets, 1).into_par_iter().enumerate().for_each(|(point, out)| {
+        out.copy_from_slice(&weights(rule, hierarchy, blur, table, point as u32));
     });
-    let FarLights { offsets, clusters, energy, counters, visibility, sums } = far;
-    sums.resize(BINS * clusters.len(), 0.0);
-    visibility.resize(clusters.len(), 1.0);
-    let lists = split_lists(sums, offsets, BINS).into_par_iter().zip(split_lists(visibility, offsets, 1));
-    lists.enumerate().for_each(|(point, (sums, visibility))| {
-        let entries = |p| {
-            let list = range(offsets, p);
-            (&clusters[list.clone()], &counters[list])
-        };
-        visibility.copy_from_slice(&weights(rule, point as u32, blur, &entries));
-        running_sums(&energy[range(offsets, point as u32)], visibility, sums);
-    });
-}
-
-/// The running sums of energy × W, sensor by sensor.
-fn running_sums(energy: &[[f32; BINS]], visibility: &[f32], out: &mut [f32]) {
-    let mut sums = [0.0f64; BINS];
-    for (k, (energy, &w)) in energy.iter().zip(visibility).enumerate() {
-        for (bin, sum) in sums.iter_mut().enumerate() {
-            *sum += f64::from(energy[bin] * w);
-            out[bin * visibility.len() + k] = *sum as f32;
-        }
-    }
+    table.visibility = visibility;
 }
 
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
 
-    use super::super::hierarchy::Hierarchy;
+    use super::super::gather::Gathered;
     use super::*;
     use crate::light::{Lights, PointLight};
     use crate::math::Rgb;
@@ -199,25 +187,21 @@ mod tests {
     #[test]
     fn what_is_known_of_a_cluster_is_expected_of_its_lights() {
         let mut lights = Lights::default();
-        // Two clusters of four.
-        for i in 0..8 {
-            let p = Vec3::X * (i + 1000 * (i / 4)) as f32;
+        // Two leaves of eight.
+        for i in 0..16 {
+            let p = Vec3::X * (i + 1000 * (i / 8)) as f32;
             lights.add_point(PointLight { p, intensity: Rgb::WHITE });
         }
         let hierarchy = Hierarchy::new(&lights);
-        let mut entries: Vec<Cluster> =
-            lights.ids().map(|id| hierarchy.leaf(&lights, id).expect("it shines")).collect();
-        entries.sort_unstable_by_key(|entry| entry.key);
+        let leaf = |place| hierarchy.leaf(place).expect("sixteen lights");
+        let gathered = Gathered { clusters: (0..16).map(leaf).collect(), near: vec![] };
+        let table = Table::new(&[gathered], Some(hierarchy.places()));
         // One light of each is known: hidden here, visible there.
-        let tallies = [[50.0, 0.0], [0.0; 2], [0.0; 2], [0.0; 2], [50.0, 50.0], [0.0; 2], [0.0; 2], [0.0; 2]];
-        let mut sums = vec![[0.0; 2]];
-        tallies
-            .iter()
-            .for_each(|t: &[f64; 2]| sums.push([sums[sums.len() - 1][0] + t[0], sums[sums.len() - 1][1] + t[1]]));
-        let mut r = vec![];
-        descend(&entries, &sums, PRIOR, &mut r);
-        assert_eq!(r.len(), 8);
-        assert!(r[..4].iter().all(|&r| r < 0.05) && r[4..].iter().all(|&r| r > 0.95), "{r:?}");
-        assert!(r[0] < r[1] && r[4] > r[5], "{r:?}");
+        let mut tallies = [[0.0; 2]; 16];
+        (tallies[0], tallies[8]) = ([50.0, 0.0], [50.0, 50.0]);
+        let r = Descent::new(&hierarchy, table.list(0), &tallies).all();
+        assert_eq!(r.len(), 16);
+        assert!(r[..8].iter().all(|&r| r < 0.05) && r[8..].iter().all(|&r| r > 0.95), "{r:?}");
+        assert!(r[0] < r[1] && r[8] > r[9], "{r:?}");
     }
 }

@@ -21,8 +21,8 @@ const LEAST_PIXELS: f32 = 3.0;
 /// One light, or a cluster of lights, in a signature: its place in the hierarchy and its share of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
-    /// Key in the hierarchy, and the last key below it.
-    pub keys: [u64; 2],
+    /// The first place of the cluster and how many there are.
+    pub places: [u32; 2],
     /// Of 1.
     pub share: f32,
 }
@@ -30,7 +30,7 @@ pub struct Share {
 /// Entries of a signature at most.
 pub const SIGNATURE: usize = 24;
 
-/// The lights of a candidate, in order of keys; the shares add up to 1.
+/// The lights of a candidate, in order of places; the shares add up to 1.
 pub type Signature = ArrayVec<Share, SIGNATURE>;
 
 /// How alike two light sets are: 1 for the same, 0 for nothing in common.
@@ -42,12 +42,12 @@ pub fn similarity(a: &[Share], b: &[Share]) -> f32 {
     }
     let (mut i, mut j, mut sum) = (0, 0, 0.0);
     while let (Some(p), Some(q)) = (a.get(i), b.get(j)) {
-        if p.keys == q.keys {
+        if p.places == q.places {
             let both = p.share + q.share;
             sum += if both > 0.0 { 1.0 - (q.share - p.share).abs() / both } else { 1.0 };
         }
-        i += usize::from(p.keys <= q.keys);
-        j += usize::from(q.keys <= p.keys);
+        i += usize::from(p.places <= q.places);
+        j += usize::from(q.places <= p.places);
     }
     2.0 * sum / (a.len() + b.len()) as f32
 }
@@ -111,8 +111,8 @@ fn facing(a: Vec3, b: Vec3) -> f32 {
 mod tests {
     use super::*;
 
-    fn list(shares: &[(u64, f32)]) -> Vec<Share> {
-        shares.iter().map(|&(key, share)| Share { keys: [key, key], share }).collect()
+    fn list(shares: &[(u32, f32)]) -> Vec<Share> {
+        shares.iter().map(|&(place, share)| Share { places: [place, 1], share }).collect()
     }
 
     #[test]
@@ -130,8 +130,8 @@ mod tests {
     /// A row of places, each lit by a light of its own if `mixed`, else all by one.
     fn row(count: u32, mixed: bool) -> (Vec<Candidate>, Vec<Signature>) {
         let row = (0..count).map(|i| Candidate::in_space(Vec3::new(1.0 + i as f32, 0.0, 0.0))).collect();
-        let light = |i: u32| if mixed { u64::from(i) } else { 0 };
-        let signature = |i| Signature::from_iter([Share { keys: [light(i); 2], share: 1.0 }]);
+        let light = |i: u32| if mixed { i } else { 0 };
+        let signature = |i| Signature::from_iter([Share { places: [light(i), 1], share: 1.0 }]);
         (row, (0..count).map(signature).collect())
     }
 

@@ -33,9 +33,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::light::selector::Uniform;
-use crate::light::{LightId, Lights, Receiver};
+use crate::light::{Lights, Receiver};
 use blur::BlurWeights;
-use gather::{Gathered, Gathering, Place, by_hierarchy, by_lists, sensors};
+use gather::{Gathered, Gathering, Place, all_by_lists, by_hierarchy, sensors};
 use hierarchy::{Cluster, Hierarchy};
 use learn::VisibilityRule;
 use lookup::NearestPoint;
@@ -46,16 +46,16 @@ use prune::prune_coincident;
 use seed::Candidate;
 pub use select::CacheScratch;
 pub use statistics::CacheStatistics;
-use table::{BINS, Counter, FAR_ENTRY, FarLights, NearLights, OMNIDIRECTIONAL, range, split_lists};
+use table::{ENTRY, Energies, Table, pack};
 
 /// With fewer candidates than this there is no cache: every vertex asks every light (section 3.1.1).
 pub const FEWEST_CANDIDATES: usize = 10;
 
-/// Far entries of all points together take at most this many bytes: with many points each gets fewer.
+/// The lists of all points together take at most this many bytes: with many points each gets fewer.
 pub const MOST_BYTES: usize = 512 << 20;
 
 /// Lights and clusters that a point keeps at most where nothing else is asked for.
-pub const DEFAULT_ENTRIES: u32 = 256;
+pub const DEFAULT_ENTRIES: u32 = 64;
 
 /// Which of the ways there are is taken; each improvement on the paper can be switched off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,8 +91,7 @@ pub struct CachePoints {
     radii: Vec<f32>,
     lookup: NearestPoint,
     blur: BlurWeights,
-    near: NearLights,
-    far: FarLights,
+    table: Table,
     /// All lights that shine, for the small chance that any is chosen.
     uniform: Uniform,
     statistics: CacheStatistics,
@@ -140,28 +139,27 @@ impl CachePoints {
 
         let positions: Vec<Vec3> = candidates.iter().map(|c| c.p).collect();
         let blur = BlurWeights::new(&positions);
-        let gathered = gather_all(&hierarchy, lights, &positions, &radii, &blur, &settings);
-        let near = near_lights(&gathered);
-        let mut far = far_lights(&hierarchy, lights, &positions, &gathered);
+        let mut table = gather_all(&hierarchy, lights, &positions, &radii, &blur, &settings);
+        table.energies = energies(&hierarchy, lights, &positions, &table);
         statistics.seconds.gather = clock.lap();
 
-        far.energy = blurred_energy(&hierarchy, &blur, &far);
+        table.energies = blur::blurred(&hierarchy, lights, &blur, &table);
         statistics.seconds.blur = clock.lap();
         let lookup = NearestPoint::new(&positions);
         statistics.seconds.lookup = clock.lap();
 
         let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
         let uniform = Uniform::new(lights, dark);
-        let mut cache = Self { settings, hierarchy, positions, radii, lookup, blur, near, far, uniform, statistics };
+        let mut cache = Self { settings, hierarchy, positions, radii, lookup, blur, table, uniform, statistics };
         cache.learn();
-        cache.statistics.describe(&cache.near, &cache.far);
+        cache.statistics.describe(&cache.table);
         cache.statistics.bytes = cache.memory();
         Some(cache)
     }
 
     /// Takes over what was learned since the last call: from now on lights are selected by it.
     pub fn learn(&mut self) {
-        learn::update(self.settings.visibility, &self.blur, &mut self.near, &mut self.far);
+        learn::update(self.settings.visibility, &self.hierarchy, &self.blur, &mut self.table);
     }
 
     /// Whether rendering changes anything.
@@ -186,8 +184,7 @@ impl CachePoints {
             + size_of_val(&*self.radii)
             + self.lookup.memory()
             + self.blur.memory()
-            + self.near.memory()
-            + self.far.memory()
+            + self.table.memory()
             + self.uniform.memory()
     }
 }
@@ -215,19 +212,18 @@ fn first_radii(candidates: &[Candidate]) -> Vec<f32> {
 
 /// The lights of a place in few entries, each with its share of the fluence.
 fn signature(hierarchy: &Hierarchy, lights: &Lights, place: Place) -> Signature {
-    let Gathered { near, far } = by_hierarchy(hierarchy, lights, place, SIGNATURE);
-    let mut clusters = [near, far].concat();
-    clusters.sort_unstable_by_key(|cluster| cluster.key);
-    // Going down may end with one cluster more than asked for.
+    let mut clusters = by_hierarchy(hierarchy, lights, place, SIGNATURE).clusters;
+    // There may be more lights at infinity than there is room for.
     clusters.truncate(SIGNATURE);
     let receiver = Receiver::medium(place.p);
     let energies: Vec<f32> = clusters.iter().map(|cluster| hierarchy.energy(lights, cluster, &receiver)).collect();
     let total: f64 = energies.iter().map(|&e| f64::from(e)).sum();
     let share = |energy: f32| if total > 0.0 { (f64::from(energy) / total) as f32 } else { 0.0 };
-    let keys = |cluster: &Cluster| [cluster.key, cluster.last()];
-    clusters.iter().zip(energies).map(|(cluster, energy)| Share { keys: keys(cluster), share: share(energy) }).collect()
+    let of = |(c, energy): (&Cluster, f32)| Share { places: [c.first, c.count], share: share(energy) };
+    clusters.iter().zip(energies).map(of).collect()
 }
 
+/// The lists of all points, no energies yet.
 fn gather_all(
     hierarchy: &Hierarchy,
     lights: &Lights,
@@ -235,88 +231,26 @@ fn gather_all(
     radii: &[f32],
     blur: &BlurWeights,
     settings: &CacheSettings,
-) -> Vec<Gathered> {
-    let most = (MOST_BYTES / (FAR_ENTRY * positions.len())).min(settings.entries as usize);
-    let places = positions.par_iter().zip(radii).map(|(&p, &radius)| Place { p, radius });
+) -> Table {
+    let most = (MOST_BYTES / (ENTRY * positions.len())).min(settings.entries as usize);
+    let places: Vec<Place> = positions.iter().zip(radii).map(|(&p, &radius)| Place { p, radius }).collect();
     match settings.gathering {
-        Gathering::Hierarchy => places.map(|place| by_hierarchy(hierarchy, lights, place, most)).collect(),
-        Gathering::Lists => {
-            let leaves: Vec<(LightId, Cluster)> =
-                lights.ids().filter_map(|id| Some((id, hierarchy.leaf(lights, id)?))).collect();
-            let own: Vec<Gathered> = places.map(|place| by_lists(hierarchy, lights, &leaves, place)).collect();
-            // The blur adds the neighbours' lights, as far as there is room.
-            let with_neighbours = |point: u32| {
-                let Gathered { near, mut far } = own[point as usize].clone();
-                let theirs = blur.of(point).iter().flat_map(|&(q, _)| &own[q as usize].far);
-                let room = most.saturating_sub(far.len());
-                let is_in = |list: &[Cluster], c: &Cluster| list.binary_search_by_key(&c.key, |c| c.key).is_ok();
-                let mut more: Vec<Cluster> = theirs.copied().filter(|c| !is_in(&near, c) && !is_in(&far, c)).collect();
-                more.sort_unstable_by_key(|c| c.key);
-                more.dedup();
-                more.truncate(room);
-                far.extend(more);
-                far.sort_unstable_by_key(|c| c.key);
-                Gathered { near, far }
-            };
-            (0..own.len() as u32).into_par_iter().map(with_neighbours).collect()
+        Gathering::Hierarchy => {
+            let gathered: Vec<Gathered> =
+                places.par_iter().map(|&place| by_hierarchy(hierarchy, lights, place, most)).collect();
+            Table::new(&gathered, Some(hierarchy.places()))
         }
+        Gathering::Lists => Table::new(&all_by_lists(hierarchy, lights, &places, blur, most), None),
     }
 }
 
-fn offsets(counts: impl Iterator<Item = usize>) -> Vec<u32> {
-    let mut offsets = vec![0];
-    offsets.extend(counts.scan(0, |sum, count| {
-        *sum += count as u32;
-        Some(*sum)
-    }));
-    offsets
-}
-
-fn near_lights(gathered: &[Gathered]) -> NearLights {
-    let clusters: Vec<Cluster> = gathered.iter().flat_map(|g| g.near.iter().copied()).collect();
-    let counters = clusters.iter().map(|_| Counter::default()).collect();
-    NearLights {
-        offsets: offsets(gathered.iter().map(|g| g.near.len())),
-        visibility: vec![1.0; clusters.len()],
-        counters,
-        clusters,
-    }
-}
-
-fn far_lights(hierarchy: &Hierarchy, lights: &Lights, positions: &[Vec3], gathered: &[Gathered]) -> FarLights {
-    let clusters: Vec<Cluster> = gathered.iter().flat_map(|g| g.far.iter().copied()).collect();
-    let offsets = offsets(gathered.iter().map(|g| g.far.len()));
-    let mut energy = vec![[0.0; BINS]; clusters.len()];
-    split_lists(&mut energy, &offsets, 1).into_par_iter().enumerate().for_each(|(point, out)| {
-        for (energy, cluster) in out.iter_mut().zip(&clusters[range(&offsets, point as u32)]) {
-            *energy = sensors(hierarchy, lights, cluster, positions[point]);
+/// What the sensors at each point receive of its entries.
+fn energies(hierarchy: &Hierarchy, lights: &Lights, positions: &[Vec3], table: &Table) -> Energies {
+    let mut out = Energies::new(table.visibility.len());
+    out.split(&table.offsets).into_par_iter().enumerate().for_each(|(point, (fluence, shares))| {
+        for (k, cluster) in table.list(point as u32).iter().enumerate() {
+            pack(&sensors(hierarchy, lights, &cluster, positions[point]), k, fluence, shares);
         }
     });
-    let counters = clusters.iter().map(|_| Counter::default()).collect();
-    FarLights { offsets, clusters, energy, counters, visibility: vec![], sums: vec![] }
+    out
 }
-
-/// The far lights' energies averaged over neighbours (section 3.1.5), not in place.
-fn blurred_energy(hierarchy: &Hierarchy, blur: &BlurWeights, far: &FarLights) -> Vec<[f32; BINS]> {
-    let mut blurred = far.energy.clone();
-    split_lists(&mut blurred, &far.offsets, 1).into_par_iter().enumerate().for_each(|(point, sums)| {
-        let own = &far.clusters[range(&far.offsets, point as u32)];
-        let mut weights = 1.0;
-        for &(neighbour, weight) in blur.of(point as u32) {
-            let other = range(&far.offsets, neighbour);
-            let other = (&far.clusters[other.clone()], &far.energy[other]);
-            blur::add_energy(hierarchy, own, sums, other, weight);
-            weights += weight;
-        }
-        sums.iter_mut().flatten().for_each(|energy| *energy = (*energy / weights).min(f32::MAX));
-    });
-    blurred
-}
-
-/// How many entries each point has in a sensor's list.
-fn entries_per_bin(far: &FarLights) -> [f64; BINS] {
-    let points = (far.offsets.len() - 1).max(1) as f64;
-    std::array::from_fn(|bin| far.energy.iter().filter(|energy| energy[bin] > 0.0).count() as f64 / points)
-}
-
-const _: () = assert!(OMNIDIRECTIONAL == BINS - 1);

@@ -1,14 +1,11 @@
 //! Selecting a light at a vertex. Source: Li et al. 2024, section 3.3.
 //!
-//! The weights of a point's far lights are a mixture over sensors, so choosing a sensor and then an entry by that sensor's running sums gives
-//! the paper's distribution without a pass over all entries. Near lights are evaluated at the vertex itself.
-
-use arrayvec::ArrayVec;
-use glam::Vec3;
+//! Every entry of the nearest point's list is weighed: far lights by what the sensors that agree with the normal receive of them, near lights at
+//! the vertex itself. One pass over a short list of numbers side by side is cheaper than the running sums of seven sensors would be to keep.
 
 use super::CachePoints;
-use super::linked::Linked;
-use super::table::{OMNIDIRECTIONAL, range};
+use super::linked::Named;
+use super::table::{List, PLANES, range};
 use crate::light::{LightId, Lights, LinkSet, Receiver};
 
 /// The share of choices made among all lights alike: what no list holds must stay reachable.
@@ -23,13 +20,13 @@ pub struct CacheScratch {
     /// The point in use; the next vertex of the path may use it too.
     point: Option<u32>,
     receiver: Option<Receiver>,
-    /// Sensors, their weights, and the sums up to and with each.
-    pub(super) bins: ArrayVec<(usize, f64, f64), 6>,
-    /// What light linking changes.
-    pub(super) linked: Linked,
-    /// Running sums of the near lights' weights.
-    near: Vec<f64>,
-    /// Sum over all near lights and sensors.
+    /// Weight of each entry.
+    weights: Vec<f32>,
+    /// Their running sums.
+    sums: Vec<f64>,
+    /// What light linking adds.
+    named: Named,
+    /// Sum over all entries and what linking adds.
     total: f64,
     /// Points looked up and used again.
     pub lookups: [u64; 2],
@@ -49,60 +46,20 @@ impl CachePoints {
         let point = self.point_for(receiver, scratch);
         scratch.point = Some(point);
         scratch.receiver = Some(*receiver);
-
+        let CacheScratch { weights, sums, named, .. } = scratch;
+        self.weigh(lights, point, receiver, weights);
+        named.clear();
         let links = receiver.links();
-        scratch.linked.reset();
         if links != LinkSet::ORDINARY {
-            Self::find_linked(lights, receiver, links, &mut scratch.linked);
+            self.link(lights, (point, receiver), links, weights, named);
         }
-        let keeps_rest = scratch.linked.keeps_rest;
-        let is_lit = |id| links == LinkSet::ORDINARY || (keeps_rest && lights.is_linked(links, id));
-        let near = range(&self.near.offsets, point);
-        let mut sum = 0.0f64;
-        scratch.near.clear();
-        scratch.near.extend(self.near.clusters[near.clone()].iter().zip(&self.near.visibility[near]).map(
-            |(cluster, w)| {
-                let light = self.hierarchy.light(cluster).filter(|&id| is_lit(id));
-                let weight = light.map_or(0.0, |id| lights.contribution(id, receiver));
-                sum += f64::from(weight) * f64::from(*w);
-                sum
-            },
-        ));
-
-        sum += scratch.linked.named_sums.last().copied().unwrap_or(0.0);
-        let before_far = sum;
-
-        scratch.bins.clear();
-        let mut add = |bin: usize, weight: f32| {
-            if weight > 0.0 {
-                let bin_total = self.far.sums_of(point, bin).last().copied().unwrap_or(0.0);
-                sum += f64::from(weight) * f64::from(bin_total);
-                scratch.bins.push((bin, f64::from(weight), sum));
-            }
-        };
-        match *receiver {
-            Receiver::Medium { .. } => add(OMNIDIRECTIONAL, 1.0),
-            Receiver::Surface { ns, two_sided, .. } => {
-                // The squares of a unit vector's components add up to 1.
-                for (axis, n) in ns.to_array().into_iter().enumerate() {
-                    let side = usize::from(n < 0.0);
-                    add(2 * axis + side, n * n);
-                    if two_sided {
-                        add(2 * axis + 1 - side, n * n);
-                    }
-                }
-            }
-        }
-        scratch.total = sum;
-        if links != LinkSet::ORDINARY {
-            if !keeps_rest {
-                scratch.bins.clear();
-                scratch.total = before_far;
-            } else if scratch.linked.drops {
-                self.sum_linked_far(lights, point, links, scratch);
-                scratch.total = before_far + scratch.linked.far_sums.last().copied().unwrap_or(0.0);
-            }
-        }
+        let mut sum = 0.0;
+        sums.clear();
+        sums.extend(weights.iter().map(|&weight| {
+            sum += f64::from(weight);
+            sum
+        }));
+        scratch.total = sum + named.total();
     }
 
     /// The nearest point. In media the last one is kept while the path is within its radius.
@@ -125,110 +82,123 @@ impl CachePoints {
         }
     }
 
+    /// The weights of the entries of `point`.
+    #[inline]
+    fn weigh(&self, lights: &Lights, point: u32, receiver: &Receiver, weights: &mut Vec<f32>) {
+        let entries = range(&self.table.offsets, point);
+        let (fluence, shares) = self.table.energies(point);
+        let visibility = &self.table.visibility[entries];
+        let energy = fluence.iter().zip(visibility).map(|(fluence, w)| fluence * w);
+        weights.clear();
+        match *receiver {
+            Receiver::Medium { .. } => weights.extend(energy),
+            Receiver::Surface { ns, two_sided, .. } => {
+                // The squares of a unit vector's components add up to 1.
+                let agree: [f32; 3] = (ns * ns * (1.0 / 255.0)).to_array();
+                let count = fluence.len();
+                let row = |row: usize| &shares[row * count..(row + 1) * count];
+                // Each axis has a plane that faces the way the normal does.
+                let facing = [0, 1, 2].map(|axis| 2 * axis + usize::from(ns[axis] < 0.0));
+                let received =
+                    |[x, y, z]: [u8; 3]| agree[0] * f32::from(x) + agree[1] * f32::from(y) + agree[2] * f32::from(z);
+                let [x, y, z] = facing.map(row);
+                let front = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| received([x, y, z]));
+                weights.extend(energy.clone().zip(front).map(|(energy, share)| energy * share));
+                if two_sided {
+                    let [x, y, z] = facing.map(|plane| row(plane ^ 1));
+                    let back = x.iter().zip(y).zip(z).map(|((&x, &y), &z)| received([x, y, z]));
+                    weights
+                        .iter_mut()
+                        .zip(energy.zip(back))
+                        .for_each(|(weight, (energy, share))| *weight += energy * share);
+                }
+            }
+        }
+        let list = self.table.list(point);
+        for &k in self.table.near(point) {
+            let k = usize::from(k);
+            weights[k] = self.hierarchy.energy(lights, &list.get(k), receiver) * visibility[k];
+        }
+    }
+
     /// A light, its probability, and what is left of `u`.
     pub fn sample(&self, lights: &Lights, u: f64, scratch: &CacheScratch) -> Option<(LightId, f32, f64)> {
         let uniform = self.uniform_probability(scratch);
-        let (id, rest) = if u < uniform {
+        if u < uniform {
             let (id, _, rest) = self.uniform.sample(u / uniform);
-            (id, rest)
-        } else {
-            let target = ((u - uniform) / (1.0 - uniform)).min(1.0 - f64::EPSILON) * scratch.total;
-            self.sample_listed(target, scratch)?
-        };
-        Some((id, self.pmf(lights, id, scratch), rest.clamp(0.0, 1.0 - f64::EPSILON)))
-    }
-
-    /// The light at `target` of the sum over near, named and far lights, and what is left of the number.
-    fn sample_listed(&self, target: f64, scratch: &CacheScratch) -> Option<(LightId, f64)> {
+            return Some((id, self.pmf(lights, id, scratch), rest.clamp(0.0, 1.0 - f64::EPSILON)));
+        }
+        let target = ((u - uniform) / (1.0 - uniform)).min(1.0 - f64::EPSILON) * scratch.total;
         let (point, receiver) = (scratch.point?, scratch.receiver.as_ref()?);
-        let total = |sums: &[f64]| sums.last().copied().unwrap_or(0.0);
-        let near_total = total(&scratch.near);
-        if target < near_total {
-            let (k, rest) = place_of(target, &scratch.near);
-            let cluster = &self.near.clusters[range(&self.near.offsets, point).start + k];
-            return Some((self.hierarchy.light(cluster)?, rest));
+        let of_named = scratch.named.total();
+        if target < of_named {
+            let (k, rest) = place_of(target, &scratch.named.sums);
+            let id = scratch.named.lights[k];
+            return Some((id, self.pmf(lights, id, scratch), rest));
         }
-        let (target, linked) = (target - near_total, &scratch.linked);
-        if target < total(&linked.named_sums) {
-            let (k, rest) = place_of(target, &linked.named_sums);
-            return Some((linked.named[k], rest));
-        }
-        let far = &self.far.clusters[range(&self.far.offsets, point)];
-        if linked.drops {
-            let target = (target - total(&linked.named_sums)).min(total(&linked.far_sums) * (1.0 - f64::EPSILON));
-            let (k, rest) = place_of(target.max(0.0), &linked.far_sums);
-            return self.hierarchy.sample_below(far.get(k)?, receiver, rest);
-        }
-        let target = target + near_total;
-        let (bin, weight, end) = *scratch.bins.iter().find(|bin| target < bin.2).or(scratch.bins.last())?;
-        let sums = self.far.sums_of(point, bin);
-        let whole = Some(f64::from(*sums.last()?)).filter(|whole| *whole > 0.0)?;
-        let target = ((target - (end - weight * whole)) / weight).clamp(0.0, whole * (1.0 - f64::EPSILON));
-        let k = sums.partition_point(|&sum| f64::from(sum) <= target);
-        let before = if k > 0 { f64::from(sums[k - 1]) } else { 0.0 };
-        let rest = (target - before) / (f64::from(*sums.get(k)?) - before);
-        self.hierarchy.sample_below(&far[k], receiver, rest.clamp(0.0, 1.0 - f64::EPSILON))
+        let (k, rest) = place_of(target - of_named, &scratch.sums);
+        let cluster = self.table.list(point).get(k);
+        let (id, below, rest) = self.hierarchy.sample_below(lights, &cluster, receiver, rest)?;
+        Some((id, self.mixed(id, uniform, entry_weight(k, below, scratch), scratch), rest))
     }
 
     /// The probability of `id` at the vertex last prepared.
     pub fn pmf(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> f32 {
         let uniform = self.uniform_probability(scratch);
-        let even = f64::from(self.uniform.pmf(id)) * uniform;
-        if uniform >= 1.0 {
-            return even as f32;
-        }
-        let listed = self.listed_weight(lights, id, scratch).unwrap_or(0.0);
-        (even + (1.0 - uniform) * listed / scratch.total) as f32
+        let listed = if uniform < 1.0 { self.listed_weight(lights, id, scratch) } else { None };
+        self.mixed(id, uniform, listed.unwrap_or(0.0), scratch)
     }
 
-    /// The share of `id` in the sum over near, named and far lights.
+    /// The probability of a light that is chosen in proportion to `weight`, or with probability `uniform` like any other.
+    #[inline]
+    fn mixed(&self, id: LightId, uniform: f64, weight: f64, scratch: &CacheScratch) -> f32 {
+        let even = f64::from(self.uniform.pmf(id)) * uniform;
+        if weight > 0.0 { (even + (1.0 - uniform) * weight / scratch.total) as f32 } else { even as f32 }
+    }
+
+    /// The part of `id` in the sum over entries and what linking adds.
     fn listed_weight(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> Option<f64> {
-        let (point, linked) = (scratch.point?, &scratch.linked);
-        if let Ok(k) = linked.named.binary_search(&id) {
-            return Some(step(&linked.named_sums, k));
+        let named = &scratch.named;
+        if let Ok(k) = named.lights.binary_search(&id) {
+            return Some(named.sums[k] - if k > 0 { named.sums[k - 1] } else { 0.0 });
         }
-        let key = self.hierarchy.key(lights, id)?;
-        if let Some(place) = self.near.find(point, key) {
-            return Some(step(&scratch.near, place - range(&self.near.offsets, point).start));
-        }
-        let place = self.far.find(point, key)?;
-        let k = place - range(&self.far.offsets, point).start;
-        let weight: f64 = if linked.drops {
-            step(&linked.far_sums, k)
-        } else {
-            let of_bin = |&(bin, weight, _): &(usize, f64, f64)| {
-                let sums = self.far.sums_of(point, bin);
-                weight * (f64::from(sums[k]) - if k > 0 { f64::from(sums[k - 1]) } else { 0.0 })
-            };
-            scratch.bins.iter().map(of_bin).sum()
-        };
+        let place = self.hierarchy.place(lights, id)?;
+        let list = self.list(scratch)?;
+        let k = list.find(place)?;
         // The way down a cluster need not be gone for nothing.
-        let below =
-            || Some(f64::from(self.hierarchy.pmf_below(&self.far.clusters[place], key, scratch.receiver.as_ref()?)));
-        if weight > 0.0 { Some(weight * below()?) } else { Some(0.0) }
+        if scratch.weights[k] == 0.0 {
+            return None;
+        }
+        let below = self.hierarchy.pmf_below(lights, &list.get(k), place, scratch.receiver.as_ref()?);
+        Some(entry_weight(k, below, scratch))
+    }
+
+    /// The list in use.
+    #[inline]
+    fn list(&self, scratch: &CacheScratch) -> Option<List<'_>> {
+        Some(self.table.list(scratch.point?))
+    }
+
+    /// The number of the entry that `id` belongs to at the vertex last prepared, among those of all points.
+    #[inline]
+    fn entry(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> Option<usize> {
+        let k = self.list(scratch)?.find(self.hierarchy.place(lights, id)?)?;
+        Some(self.table.offsets[scratch.point? as usize] as usize + k)
     }
 
     /// What is known of the visibility of `id` from the vertex last prepared, as the factor W that its weight has.
     #[inline]
     pub fn visibility(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> f32 {
-        let (Some(point), Some(key)) = (scratch.point, self.hierarchy.key(lights, id)) else { return 1.0 };
-        if let Some(place) = self.near.find(point, key) {
-            return self.near.visibility[place];
-        }
-        self.far.find(point, key).map_or(1.0, |place| self.far.visibility[place])
+        self.entry(lights, id, scratch).map_or(1.0, |entry| self.table.visibility[entry])
     }
 
     /// Tells what became of a shadow ray to `id` at the vertex last prepared.
     #[inline]
     pub fn record(&self, lights: &Lights, id: LightId, is_visible: bool, scratch: &CacheScratch) {
-        if !self.learns() {
-            return;
-        }
-        let (Some(point), Some(key)) = (scratch.point, self.hierarchy.key(lights, id)) else { return };
-        if let Some(place) = self.near.find(point, key) {
-            self.near.counters[place].record(is_visible);
-        } else if let Some(place) = self.far.find(point, key) {
-            self.far.counters[place].record(is_visible);
+        if self.learns()
+            && let Some(entry) = self.entry(lights, id, scratch)
+        {
+            self.table.counters[entry].record(is_visible);
         }
     }
 
@@ -239,19 +209,25 @@ impl CachePoints {
     }
 
     /// Where cache points are moved off their surfaces to: see [`OFF_SURFACE`].
-    pub(super) fn off_surface(p: Vec3, normal: Vec3, radius: f32) -> Vec3 {
+    pub(super) fn off_surface(p: glam::Vec3, normal: glam::Vec3, radius: f32) -> glam::Vec3 {
         p + normal * (OFF_SURFACE * radius)
     }
 }
 
-/// The step of running sums that `target`, below the last of them, falls into, and where in it.
-fn place_of(target: f64, sums: &[f64]) -> (usize, f64) {
-    let k = sums.partition_point(|&sum| sum <= target);
-    let before = if k > 0 { sums[k - 1] } else { 0.0 };
-    (k, sums.get(k).map_or(0.0, |sum| (target - before) / (sum - before)))
+/// The weight of a light that has the probability `below` within entry `k`.
+#[inline]
+fn entry_weight(k: usize, below: f32, scratch: &CacheScratch) -> f64 {
+    f64::from(scratch.weights[k]) * f64::from(below)
 }
 
-/// The height of step `k` of running sums.
-fn step(sums: &[f64], k: usize) -> f64 {
-    sums[k] - if k > 0 { sums[k - 1] } else { 0.0 }
+/// The step of running sums that `target`, not below 0, falls into (the last one where rounding leaves it beyond), and where in it.
+fn place_of(target: f64, sums: &[f64]) -> (usize, f64) {
+    let end = sums.last().map_or(0.0, |sum| sum * (1.0 - f64::EPSILON));
+    let target = target.min(end);
+    let k = sums.partition_point(|&sum| sum <= target);
+    let before = if k > 0 { sums[k - 1] } else { 0.0 };
+    let rest = sums.get(k).map_or(0.0, |sum| (target - before) / (sum - before));
+    (k, rest.clamp(0.0, 1.0 - f64::EPSILON))
 }
+
+const _: () = assert!(PLANES == 6);

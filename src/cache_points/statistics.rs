@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 
-use super::entries_per_bin;
-use super::table::{BINS, FarLights, NearLights};
+use super::table::{BINS, PLANES, Table};
 
 /// Points at each stage, seconds of each step, bytes, lists.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -60,10 +59,18 @@ impl BuildSeconds {
 }
 
 impl CacheStatistics {
-    pub(super) fn describe(&mut self, near: &NearLights, far: &FarLights) {
+    pub(super) fn describe(&mut self, table: &Table) {
         let points = self.points.max(1) as f64;
-        self.near_lights = near.clusters.len() as f64 / points;
-        self.far_lights = far.clusters.len() as f64 / points;
-        self.lights_per_bin = entries_per_bin(far);
+        let near: usize = (0..self.points).map(|point| table.near(point as u32).len()).sum();
+        self.near_lights = near as f64 / points;
+        self.far_lights = table.visibility.len() as f64 / points - self.near_lights;
+        let mut counts = [0; BINS];
+        for point in 0..self.points {
+            let (fluence, shares) = table.energies(point as u32);
+            let rows = (0..PLANES).map(|row| &shares[row * fluence.len()..(row + 1) * fluence.len()]);
+            rows.zip(&mut counts).for_each(|(row, count)| *count += row.iter().filter(|&&share| share > 0).count());
+            counts[PLANES] += fluence.iter().filter(|&&energy| energy > 0.0).count();
+        }
+        self.lights_per_bin = counts.map(|count| count as f64 / points);
     }
 }

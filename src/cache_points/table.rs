@@ -1,15 +1,25 @@
-//! What the points know: for each its near lights and its far lights, in arrays without pointers.
+//! What the points know: for each a list of lights and clusters, in arrays without pointers.
 //!
-//! Lists are in order of keys ([`super::hierarchy`]), so the entry that holds a light is found by one binary search.
+//! A list is in order of places ([`super::hierarchy`]), so the entry that holds a light is found by one binary search. Near lights are entries
+//! like the others, marked because they are evaluated at the vertex. What the sensors receive of an entry is kept as a fluence and, for
+//! each plane, a share of it in 255ths, rounded up: selection needs no more, and probabilities follow from these very numbers. An
+//! entry takes [`ENTRY`] bytes.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::gather::Gathered;
 use super::hierarchy::Cluster;
 
 /// Sensors at a point: planes that face +x, −x, +y, −y, +z, −z, and one that receives from everywhere.
 pub const BINS: usize = 7;
 /// The sensor that receives from everywhere.
 pub const OMNIDIRECTIONAL: usize = 6;
+/// The sensors that are planes.
+pub const PLANES: usize = 6;
+
+/// What each sensor receives: irradiance of planes, fluence of the omnidirectional one.
+pub type Sensors = [f32; BINS];
 
 /// How often an entry was tried and how often its light arrived. Integers, so the order of threads does not matter.
 #[derive(Debug, Default)]
@@ -34,86 +44,189 @@ impl Counter {
     }
 }
 
-/// The lights near to each point: evaluated at the vertex itself.
+/// An entry: a cluster less its number of lights, which follows from where the next entry begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    first: u32,
+    node: u32,
+}
+
+/// What the sensors of some entries receive.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// Fluence of each entry, unoccluded.
+    pub fluence: Vec<f32>,
+    /// Irradiance of each plane in 255ths of the fluence: [`PLANES`] rows of a point's entries, at [`PLANES`] times its offset.
+    pub shares: Vec<u8>,
+}
+
+/// The lists of all points.
 #[derive(Debug, Default)]
-pub struct NearLights {
+pub struct Table {
     /// Where each point's list starts, and where the last one ends.
     pub offsets: Vec<u32>,
-    /// The lights, in order.
-    pub clusters: Vec<Cluster>,
-    /// What became of them.
+    entries: Vec<Entry>,
+    /// One past the last place of all lights, where lists leave no light out; `None` where entries are single lights and others are left out.
+    end: Option<u32>,
+    /// What became of the entries.
     pub counters: Vec<Counter>,
     /// Learned visibility weights W.
     pub visibility: Vec<f32>,
+    /// What sensors receive of the entries.
+    pub energies: Energies,
+    near_offsets: Vec<u32>,
+    near: Vec<u16>,
 }
 
-/// The lights far from each point.
-#[derive(Debug, Default)]
-pub struct FarLights {
-    /// Where each point's list starts, and where the last one ends.
-    pub offsets: Vec<u32>,
-    /// Lights and clusters, in order.
-    pub clusters: Vec<Cluster>,
-    /// What each sensor receives of them, unoccluded: irradiance of planes, fluence of the omnidirectional one.
-    pub energy: Vec<[f32; BINS]>,
-    /// What became of them.
-    pub counters: Vec<Counter>,
-    /// Learned visibility weights W.
-    pub visibility: Vec<f32>,
-    /// Running sums of energy × W for each sensor: [`BINS`] rows of a point's entries, at [`BINS`] times its offset.
-    pub sums: Vec<f32>,
+/// Bytes that an entry takes.
+pub const ENTRY: usize = size_of::<Entry>() + size_of::<Counter>() + 2 * size_of::<f32>() + PLANES * size_of::<u8>();
+
+/// The entries of one point.
+#[derive(Clone, Copy, Debug)]
+pub struct List<'a> {
+    entries: &'a [Entry],
+    end: Option<u32>,
 }
 
-/// The entries of point `point`.
+impl List<'_> {
+    /// How many there are.
+    #[inline]
+    pub const fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there are none.
+    pub const fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Entry `k`.
+    #[inline]
+    pub fn get(&self, k: usize) -> Cluster {
+        let Entry { first, node } = self.entries[k];
+        let count = match self.end {
+            Some(end) => self.entries.get(k + 1).map_or(end, |next| next.first) - first,
+            None => 1,
+        };
+        Cluster { first, count, node }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Cluster> {
+        (0..self.len()).map(|k| self.get(k))
+    }
+
+    /// The number of the first entry that begins at `place` or after it.
+    pub fn from_place(&self, place: u32) -> usize {
+        self.entries.partition_point(|entry| entry.first < place)
+    }
+
+    /// The number of the entry that holds `place`.
+    #[inline]
+    pub fn find(&self, place: u32) -> Option<usize> {
+        let k = self.entries.partition_point(|entry| entry.first <= place).checked_sub(1)?;
+        self.get(k).covers(place).then_some(k)
+    }
+}
+
+/// The entries of point `point` in arrays with one number for each.
 #[inline]
-pub fn range(offsets: &[u32], point: u32) -> std::ops::Range<usize> {
+pub fn range(offsets: &[u32], point: u32) -> Range<usize> {
     offsets[point as usize] as usize..offsets[point as usize + 1] as usize
 }
 
-impl NearLights {
-    /// The place of the light of key `key` in the list of `point`.
+impl Table {
+    /// For what was gathered, of `places` in all if nothing was left out. Nothing is learned and no energy known yet.
+    pub fn new(gathered: &[Gathered], places: Option<u32>) -> Self {
+        let entry = |c: &Cluster| Entry { first: c.first, node: c.node };
+        let entries: Vec<Entry> = gathered.iter().flat_map(|g| g.clusters.iter().map(entry)).collect();
+        Self {
+            offsets: offsets(gathered.iter().map(|g| g.clusters.len())),
+            end: places,
+            counters: entries.iter().map(|_| Counter::default()).collect(),
+            visibility: vec![1.0; entries.len()],
+            energies: Energies::new(entries.len()),
+            near_offsets: offsets(gathered.iter().map(|g| g.near.len())),
+            near: gathered.iter().flat_map(|g| g.near.iter().copied()).collect(),
+            entries,
+        }
+    }
+
+    /// The entries of `point`.
     #[inline]
-    pub fn find(&self, point: u32, key: u64) -> Option<usize> {
-        let entries = range(&self.offsets, point);
-        self.clusters[entries.clone()].binary_search_by_key(&key, |c| c.key).ok().map(|k| entries.start + k)
+    pub fn list(&self, point: u32) -> List<'_> {
+        List { entries: &self.entries[range(&self.offsets, point)], end: self.end }
+    }
+
+    /// Which entries of `point` are near lights.
+    #[inline]
+    pub fn near(&self, point: u32) -> &[u16] {
+        &self.near[range(&self.near_offsets, point)]
+    }
+
+    /// Fluences and shares of planes of the entries of `point`.
+    #[inline]
+    pub fn energies(&self, point: u32) -> (&[f32], &[u8]) {
+        self.energies.of(range(&self.offsets, point))
     }
 
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
         size_of_val(&*self.offsets)
-            + size_of_val(&*self.clusters)
-            + size_of_val(&*self.counters)
-            + size_of_val(&*self.visibility)
+            + ENTRY * self.entries.len()
+            + size_of_val(&*self.near_offsets)
+            + size_of_val(&*self.near)
     }
 }
 
-impl FarLights {
-    /// The place of the entry that holds the light of key `key` in the list of `point`.
-    #[inline]
-    pub fn find(&self, point: u32, key: u64) -> Option<usize> {
-        let entries = range(&self.offsets, point);
-        let after = self.clusters[entries.clone()].partition_point(|c| c.key <= key);
-        let place = entries.start + after.checked_sub(1)?;
-        self.clusters[place].covers(key).then_some(place)
+impl Energies {
+    /// For `count` entries, all 0.
+    pub fn new(count: usize) -> Self {
+        Self { fluence: vec![0.0; count], shares: vec![0; PLANES * count] }
     }
 
-    /// The running sums of `point` for one sensor.
+    /// Fluences and shares of a point's entries.
     #[inline]
-    pub fn sums_of(&self, point: u32, bin: usize) -> &[f32] {
-        let entries = range(&self.offsets, point);
-        let start = BINS * entries.start + bin * entries.len();
-        &self.sums[start..start + entries.len()]
+    pub fn of(&self, entries: Range<usize>) -> (&[f32], &[u8]) {
+        (&self.fluence[entries.clone()], &self.shares[PLANES * entries.start..PLANES * entries.end])
     }
 
-    /// Bytes held on the heap.
-    pub fn memory(&self) -> usize {
-        size_of_val(&*self.offsets)
-            + size_of_val(&*self.clusters)
-            + size_of_val(&*self.energy)
-            + size_of_val(&*self.counters)
-            + size_of_val(&*self.visibility)
-            + size_of_val(&*self.sums)
+    /// The lists of all points, to be filled.
+    pub fn split(&mut self, offsets: &[u32]) -> Vec<(&mut [f32], &mut [u8])> {
+        let fluence = split_lists(&mut self.fluence, offsets, 1);
+        fluence.into_iter().zip(split_lists(&mut self.shares, offsets, PLANES)).collect()
     }
+}
+
+/// Writes what the sensors receive of entry `k` of a point.
+pub fn pack(sensors: &Sensors, k: usize, fluence: &mut [f32], shares: &mut [u8]) {
+    let (planes, count) = (&sensors[..PLANES], fluence.len());
+    let most = planes.iter().copied().fold(0.0, f32::max);
+    let all = if sensors[OMNIDIRECTIONAL] > 0.0 { sensors[OMNIDIRECTIONAL] } else { most };
+    fluence[k] = all;
+    for (row, &energy) in planes.iter().enumerate() {
+        // At least 1 where there is anything.
+        shares[row * count + k] = if energy > 0.0 { (energy / all * 255.0).clamp(1.0, 255.0).ceil() as u8 } else { 0 };
+    }
+}
+
+/// What the sensors receive of entry `k`, as it was kept.
+pub fn unpack(k: usize, fluence: &[f32], shares: &[u8]) -> Sensors {
+    let count = fluence.len();
+    std::array::from_fn(|bin| match bin {
+        OMNIDIRECTIONAL => fluence[k],
+        row => fluence[k] * (f32::from(shares[row * count + k]) * (1.0 / 255.0)),
+    })
+}
+
+/// Where each list starts, and where the last one ends.
+fn offsets(counts: impl Iterator<Item = usize>) -> Vec<u32> {
+    let mut offsets = vec![0];
+    offsets.extend(counts.scan(0, |sum, count| {
+        *sum += count as u32;
+        Some(*sum)
+    }));
+    offsets
 }
 
 /// The list of each point, to be filled: `data` cut up at `offsets`, with `rows` numbers for each entry.
@@ -125,6 +238,3 @@ pub fn split_lists<'a, T>(mut data: &'a mut [T], offsets: &[u32], rows: usize) -
     };
     offsets.windows(2).map(split).collect()
 }
-
-/// Bytes that an entry of [`FarLights`] takes.
-pub const FAR_ENTRY: usize = size_of::<Cluster>() + size_of::<Counter>() + (1 + 2 * BINS) * size_of::<f32>();

@@ -206,6 +206,12 @@ fn few_candidates_make_no_cache() {
     assert!(CachePoints::build(&lights(5, 1), list, 1e-3, CacheSettings::default(), Default::default()).is_none());
 }
 
+/// The clusters of all points, and which of them are near.
+fn clusters(cache: &CachePoints) -> Vec<(Vec<Cluster>, Vec<u16>)> {
+    let of = |point| (cache.table.list(point).iter().collect(), cache.table.near(point).to_vec());
+    (0..cache.positions.len() as u32).map(of).collect()
+}
+
 #[test]
 fn threads_do_not_matter() {
     let lights = lights(300, 5);
@@ -213,7 +219,8 @@ fn threads_do_not_matter() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
             let cache = build(&lights, CacheSettings::default());
-            (cache.points().collect::<Vec<_>>(), cache.far.sums, cache.near.clusters)
+            let clusters = clusters(&cache);
+            (cache.points().collect::<Vec<_>>(), cache.table.energies, clusters)
         })
     };
     assert_eq!(positions(1), positions(3));
@@ -233,8 +240,6 @@ fn a_scene_may_be_scaled() {
     };
     // A power of two changes no digit.
     let (one, tiny, huge) = (scaled(1.0), scaled(2f32.powi(-40)), scaled(2f32.powi(40)));
-    assert_eq!(one.near.clusters, tiny.near.clusters);
-    assert_eq!(one.near.clusters, huge.near.clusters);
-    assert_eq!(one.far.clusters, tiny.far.clusters);
-    assert_eq!(one.far.clusters, huge.far.clusters);
+    assert_eq!(clusters(&one), clusters(&tiny));
+    assert_eq!(clusters(&one), clusters(&huge));
 }

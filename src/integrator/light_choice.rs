@@ -57,7 +57,7 @@ impl LightChoice {
     #[inline]
     pub fn sample(&self, lights: &Lights, draw: u32, u: f64, scratch: &LightScratch) -> Option<(LightId, f32, f64)> {
         match self {
-            Self::Selector(selector) => selector.sample(draw, u, &scratch.selector),
+            Self::Selector(selector) => selector.sample(lights, draw, u, &scratch.selector),
             Self::CachePoints(cache) => cache.sample(lights, u, &scratch.cache),
             Self::Pilot => None,
         }
@@ -67,7 +67,7 @@ impl LightChoice {
     #[inline]
     pub fn pmf(&self, lights: &Lights, id: LightId, scratch: &LightScratch) -> f32 {
         match self {
-            Self::Selector(selector) => selector.pmf(id, &scratch.selector),
+            Self::Selector(selector) => selector.pmf(lights, id, &scratch.selector),
             Self::CachePoints(cache) => cache.pmf(lights, id, &scratch.cache),
             Self::Pilot => 0.0,
         }

@@ -12,17 +12,40 @@ use super::extent::primitive_normals;
 use crate::geometry::sampling::{ShapeSample, ShapeSampler, patch_corners, triangle_corners};
 use crate::geometry::{Shape, ShapeKind};
 use crate::light::Receiver;
-use crate::light::tree::build::Leaf;
-use crate::light::tree::{LightBounds, LightTree, ROOT};
+use crate::light::tree::node::Node;
+use crate::light::tree::{LightBounds, LightTree, Parts};
 
 /// Meshes of fewer primitives are sampled by area. A closed tube of 16 triangles gains a factor of 1.3 to 3 in variance, one of 2,000 a factor of 13 to 34,
 /// for 0.15 to 0.5 µs a sample, a fraction of what its shadow ray costs; with fewer there is little to gain. Far away it pays too, because what
 /// faces away is left out (`cargo test --lib light::tests::mesh_tree::figures -- --ignored --nocapture`).
 pub const LEAST_PRIMITIVES: u32 = 16;
 
+/// Primitives in a leaf: nothing is kept of one, so asking each of several would take long.
+const IN_LEAF: usize = 1;
+
 /// A hierarchy over a mesh's primitives.
 #[derive(Clone, Debug)]
-pub struct MeshTree(LightTree);
+pub struct MeshTree {
+    tree: LightTree,
+    two_sided: bool,
+}
+
+/// What it stands over.
+struct Primitives<'a> {
+    shape: &'a Shape,
+    sampler: &'a ShapeSampler,
+    two_sided: bool,
+}
+
+impl Parts for Primitives<'_> {
+    fn bounds(&self, id: u32) -> LightBounds {
+        bounds(self.shape, id, self.sampler.share_by_area(self.shape, id), self.two_sided)
+    }
+
+    fn importance(&self, id: u32, receiver: &Receiver) -> f32 {
+        Node::new(&self.bounds(id), true, 0).importance(receiver)
+    }
+}
 
 impl MeshTree {
     /// Over the primitives of `shape`, for light that is emitted on one side or both; `None` where choosing by area is as good.
@@ -31,12 +54,10 @@ impl MeshTree {
         if count < LEAST_PRIMITIVES || !matches!(shape.kind, ShapeKind::Triangles(_) | ShapeKind::Bilinear(_)) {
             return None;
         }
-        let leaf = |i: u32| {
-            // As for the choice by area, nothing is drawn from what has none.
-            let energy = sampler.share_by_area(shape, i);
-            (energy > 0.0).then(|| Leaf::new(i, bounds(shape, i, energy, two_sided)))
-        };
-        LightTree::new((0..count).filter_map(leaf).collect(), count as usize).map(Self)
+        // As for the choice by area, nothing is drawn from what has none.
+        let ids = (0..count).filter(|&i| sampler.share_by_area(shape, i) > 0.0).collect();
+        let parts = Primitives { shape, sampler, two_sided };
+        LightTree::new(&parts, ids, count as usize, IN_LEAF).map(|tree| Self { tree, two_sided })
     }
 
     /// A point on a primitive chosen by `u_part` for the lit point `p`, in render space. See [`ShapeSampler::sample`].
@@ -49,7 +70,8 @@ impl MeshTree {
         u: [f32; 2],
         u_part: f64,
     ) -> Option<ShapeSample> {
-        let (primitive, pmf, _) = self.0.sample(ROOT, &receiver(to_render, p), u_part);
+        let parts = Primitives { shape, sampler, two_sided: self.two_sided };
+        let (primitive, pmf, _) = self.tree.sample(&parts, &self.tree.root(), &receiver(to_render, p), u_part);
         let mut sample = sampler.sample_on(shape, primitive, u)?;
         sample.point.pdf_area *= pmf / sampler.share_by_area(shape, primitive);
         Some(sample)
@@ -64,13 +86,15 @@ impl MeshTree {
         p: Vec3,
         primitive: u32,
     ) -> f32 {
-        let pmf = self.0.trail(primitive).map_or(0.0, |trail| self.0.pmf(ROOT, 0, trail, &receiver(to_render, p)));
+        let (tree, parts) = (&self.tree, Primitives { shape, sampler, two_sided: self.two_sided });
+        let pmf_at = |place| tree.pmf(&parts, &tree.root(), place, &receiver(to_render, p));
+        let pmf = tree.place(primitive).map_or(0.0, pmf_at);
         if pmf > 0.0 { pmf / sampler.share_by_area(shape, primitive) } else { 0.0 }
     }
 
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
-        size_of::<Self>() + self.0.memory()
+        size_of::<Self>() + self.tree.memory()
     }
 }
 

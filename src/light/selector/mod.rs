@@ -115,7 +115,7 @@ impl LightSelector {
     /// The light of draw number `draw`, its probability, and a number in [0, 1) that is uniform given the light (for choosing a part of it). `u` in [0, 1)
     /// is f64 because millions of lights use up an f32's 24 bits: see [`choice`].
     #[inline]
-    pub fn sample(&self, draw: u32, u: f64, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
+    pub fn sample(&self, lights: &Lights, draw: u32, u: f64, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
         debug_assert!(draw < self.draws(scratch));
         match self {
             Self::None => None,
@@ -123,20 +123,20 @@ impl LightSelector {
             Self::Uniform(uniform) => Some(uniform.sample(u)),
             Self::Power(power) => Some(power.sample(u)),
             Self::Optimal(optimal) => optimal.sample(u, scratch),
-            Self::Tree(tree) => tree.sample(draw, u, scratch),
+            Self::Tree(tree) => tree.sample(lights, draw, u, scratch),
         }
     }
 
     /// How often the draws at the receiver last prepared are expected to choose `id`: a probability where there is one draw.
     #[inline]
-    pub fn pmf(&self, id: LightId, scratch: &SelectorScratch) -> f32 {
+    pub fn pmf(&self, lights: &Lights, id: LightId, scratch: &SelectorScratch) -> f32 {
         match self {
             Self::None => 0.0,
             Self::Single(only) => f32::from(u8::from(*only == id)),
             Self::Uniform(uniform) => uniform.pmf(id),
             Self::Power(power) => power.pmf(id),
             Self::Optimal(optimal) => optimal.pmf(id, scratch),
-            Self::Tree(tree) => tree.pmf(id, scratch),
+            Self::Tree(tree) => tree.pmf(lights, id, scratch),
         }
     }
 

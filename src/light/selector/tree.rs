@@ -46,7 +46,7 @@ impl Tree {
     pub fn prepare(&self, lights: &Lights, receiver: &Receiver, scratch: &mut SelectorScratch) {
         scratch.receiver = Some(*receiver);
         match &self.tree {
-            Some(tree) => scratch.cut.make(tree, receiver, self.splitting),
+            Some(tree) => scratch.cut.make(tree, lights, receiver, self.splitting),
             None => scratch.cut.clear(),
         }
         scratch.tree_share = 1.0;
@@ -82,7 +82,13 @@ impl Tree {
 
     /// A light, its probability, and what is left of `u`. `None` where nothing contributes.
     #[inline]
-    pub fn sample(&self, draw: u32, mut u: f64, scratch: &SelectorScratch) -> Option<(LightId, f32, f64)> {
+    pub fn sample(
+        &self,
+        lights: &Lights,
+        draw: u32,
+        mut u: f64,
+        scratch: &SelectorScratch,
+    ) -> Option<(LightId, f32, f64)> {
         let (Some(tree), Some(receiver)) = (&self.tree, &scratch.receiver) else {
             return self.sample_outside(u, 1.0, scratch);
         };
@@ -98,7 +104,7 @@ impl Tree {
             }
             u /= split;
         }
-        let (id, pmf, rest) = scratch.cut.sample(tree, receiver, draw, u.min(1.0 - f64::EPSILON))?;
+        let (id, pmf, rest) = scratch.cut.sample(tree, lights, receiver, draw, u.min(1.0 - f64::EPSILON))?;
         Some((LightId(id), share * pmf, rest))
     }
 
@@ -121,13 +127,13 @@ impl Tree {
 
     /// How often the draws are expected to choose `id`.
     #[inline]
-    pub fn pmf(&self, id: LightId, scratch: &SelectorScratch) -> f32 {
+    pub fn pmf(&self, lights: &Lights, id: LightId, scratch: &SelectorScratch) -> f32 {
         let is_shared = scratch.cut.draws() == 1;
         if let (Some(tree), Some(receiver)) = (&self.tree, &scratch.receiver)
-            && let Some(trail) = tree.trail(id.0)
+            && let Some(place) = tree.place(id.0)
         {
             let share = if is_shared { scratch.tree_share } else { 1.0 };
-            return share * scratch.cut.pmf(tree, receiver, trail);
+            return share * scratch.cut.pmf(tree, lights, receiver, place);
         }
         match self.outside.binary_search(&id) {
             Ok(index) if index < scratch.sums.len() => {

@@ -145,11 +145,11 @@ fn optimal_gives_unlinked_lights_no_weight() {
         let mut counts = vec![0.0; lights.len()];
         for _ in 0..100_000 {
             let u = selector::choice(stream.next_f32(), stream.next_f32());
-            let (id, pmf, _) = selector.sample(0, u, &scratch).expect("there are lights");
-            assert_eq!(pmf, selector.pmf(id, &scratch));
+            let (id, pmf, _) = selector.sample(&lights, 0, u, &scratch).expect("there are lights");
+            assert_eq!(pmf, selector.pmf(&lights, id, &scratch));
             counts[id.0 as usize] += 1.0;
         }
-        let pmf: Vec<f64> = lights.ids().map(|id| f64::from(selector.pmf(id, &scratch))).collect();
+        let pmf: Vec<f64> = lights.ids().map(|id| f64::from(selector.pmf(&lights, id, &scratch))).collect();
         assert!((pmf.iter().sum::<f64>() - 1.0).abs() < 1e-6);
         let expected: Vec<f64> = pmf.iter().map(|p| p * 1e5).collect();
         chi_squared(&counts, &expected, &format!("set {set}"));

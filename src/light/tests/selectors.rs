@@ -55,14 +55,14 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
             let mut rest = Mean::default();
             for _ in 0..100_000 {
                 let u = selector::choice(stream.next_f32(), stream.next_f32());
-                let (id, pmf, left) = selector.sample(0, u, &scratch).expect("there are lights");
-                assert_eq!(pmf, selector.pmf(id, &scratch));
+                let (id, pmf, left) = selector.sample(&lights, 0, u, &scratch).expect("there are lights");
+                assert_eq!(pmf, selector.pmf(&lights, id, &scratch));
                 assert!((0.0..1.0).contains(&left));
                 counts[id.0 as usize] += 1.0;
                 rest.add(left);
             }
             rest.must_be(0.5, "what is left of u");
-            let pmf: Vec<f64> = lights.ids().map(|id| f64::from(selector.pmf(id, &scratch))).collect();
+            let pmf: Vec<f64> = lights.ids().map(|id| f64::from(selector.pmf(&lights, id, &scratch))).collect();
             assert!((pmf.iter().sum::<f64>() - 1.0).abs() < 1e-6);
             assert_eq!(pmf[4], 0.0, "the dark light");
             let expected: Vec<f64> = pmf.iter().map(|p| p * 1e5).collect();
@@ -101,7 +101,7 @@ fn every_selector_gives_the_same_light() {
             let mut mean = Mean::default();
             for _ in 0..400_000 {
                 let u = selector::choice(part.next_f32(), part.next_f32());
-                let (id, pmf, left) = selector.sample(0, u, &scratch).expect("there are lights");
+                let (id, pmf, left) = selector.sample(&lights, 0, u, &scratch).expect("there are lights");
                 mean.add(estimate(id, left) / f64::from(pmf));
             }
             let error = mean.error().hypot(variance.sqrt());
@@ -172,13 +172,16 @@ fn one_light_or_none_builds_nothing() {
     let mut warnings = Warnings::default();
     let scratch = SelectorScratch::default();
     let none = LightSelector::build(SelectorKind::Optimal, &lights, &mut warnings);
-    assert!(matches!(none, LightSelector::None) && none.sample(0, 0.5, &scratch).is_none());
+    assert!(matches!(none, LightSelector::None) && none.sample(&lights, 0, 0.5, &scratch).is_none());
     lights.add_point(PointLight { p: Vec3::ZERO, intensity: Rgb::BLACK });
     let only = lights.add_point(PointLight { p: Vec3::ZERO, intensity: Rgb::WHITE });
     for kind in KINDS {
         let single = LightSelector::build(kind, &lights, &mut warnings);
-        assert_eq!(single.sample(0, 0.25, &scratch), Some((only, 1.0, 0.25)));
-        assert_eq!((single.memory(), single.pmf(only, &scratch), single.pmf(LightId(0), &scratch)), (0, 1.0, 0.0));
+        assert_eq!(single.sample(&lights, 0, 0.25, &scratch), Some((only, 1.0, 0.25)));
+        assert_eq!(
+            (single.memory(), single.pmf(&lights, only, &scratch), single.pmf(&lights, LightId(0), &scratch)),
+            (0, 1.0, 0.0)
+        );
     }
     assert_eq!(warnings.list().len(), 1, "the dark light is named once");
 }
@@ -202,10 +205,12 @@ fn millions_of_lights_stay_small() {
     for selector in [uniform, power] {
         let mut counts = vec![0.0; 1009];
         let mut expected = vec![0.0; 1009];
-        lights.ids().for_each(|id| expected[id.0 as usize % 1009] += 2e6 * f64::from(selector.pmf(id, &scratch)));
+        lights
+            .ids()
+            .for_each(|id| expected[id.0 as usize % 1009] += 2e6 * f64::from(selector.pmf(&lights, id, &scratch)));
         for _ in 0..2_000_000 {
             let u = selector::choice(stream.next_f32(), stream.next_f32());
-            let (id, ..) = selector.sample(0, u, &scratch).expect("there are lights");
+            let (id, ..) = selector.sample(&lights, 0, u, &scratch).expect("there are lights");
             counts[id.0 as usize % 1009] += 1.0;
         }
         chi_squared(&counts, &expected, "a million lights");

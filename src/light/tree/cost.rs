@@ -8,9 +8,11 @@
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{UVec3, Vec3};
+use rayon::prelude::*;
 
+use super::Parts;
 use super::bounds::LightBounds;
-use super::build::Leaf;
+use super::build::{Item, PIECE};
 
 /// How many bins there are for each axis.
 const BINS: usize = 12;
@@ -110,19 +112,38 @@ impl Cut {
     }
 }
 
-/// The cheapest cut of `leaves`, whose centres span `low`..`high`; `None` where none leaves lights on both sides.
-pub(super) fn cheapest_cut(leaves: &[Leaf], low: Vec3, high: Vec3) -> Option<Cut> {
-    let size = high - low;
-    let count = BINS.min(2 * leaves.len());
-    let scale = size.map(|s| if s > 0.0 { count as f32 / s } else { 0.0 });
-    let binning = Binning { low, scale, last: count as u32 - 1 };
+/// The lights in each bin along each axis.
+type Bins = [[Bin; BINS]; 3];
+
+fn fill<T: Item>(list: &[T], parts: &impl Parts, binning: &Binning) -> Bins {
     let mut bins = [[Bin::EMPTY; BINS]; 3];
-    for leaf in leaves {
-        let at = binning.bins(leaf.bounds.centre());
+    for item in list {
+        let bounds = item.bounds(parts);
+        let at = binning.bins(bounds.centre());
         for axis in 0..3 {
-            bins[axis][at[axis] as usize].add(&leaf.bounds);
+            bins[axis][at[axis] as usize].add(&bounds);
         }
     }
+    bins
+}
+
+/// The cheapest cut of `list`, whose centres span `low`..`high`; `None` where none leaves lights on both sides.
+pub(super) fn cheapest_cut<T: Item>(list: &[T], parts: &impl Parts, low: Vec3, high: Vec3) -> Option<Cut> {
+    let size = high - low;
+    let count = BINS.min(2 * list.len());
+    let scale = size.map(|s| if s > 0.0 { count as f32 / s } else { 0.0 });
+    let binning = Binning { low, scale, last: count as u32 - 1 };
+    let bins = if list.len() <= PIECE {
+        fill(list, parts, &binning)
+    } else {
+        // Pieces are added up in order, so that sums do not depend on threads.
+        let pieces: Vec<Bins> = list.par_chunks(PIECE).map(|piece| fill(piece, parts, &binning)).collect();
+        let mut sum = [[Bin::EMPTY; BINS]; 3];
+        let add =
+            |piece: &Bins| sum.as_flattened_mut().iter_mut().zip(piece.as_flattened()).for_each(|(a, b)| a.merge(b));
+        pieces.iter().for_each(add);
+        sum
+    };
     let mut best = (f64::INFINITY, 0, 0);
     for (axis, bins) in bins.iter().enumerate().filter(|&(axis, _)| size[axis] > 0.0) {
         // Thin slices are dear (k_r, equation 2).

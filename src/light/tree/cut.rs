@@ -6,10 +6,11 @@
 //! downwards. This is ours. With 2,000 lights around, the choice of one light has a third of the variance, or six tenths where the lights are in groups, for
 //! a little more than twice the time (`cargo test --lib light::tests::tree::figures -- --ignored --nocapture`).
 
-use super::node::Node;
+use arrayvec::ArrayVec;
+
 use super::sample::LEAST;
 use super::split::Splitting;
-use super::{LightTree, ROOT};
+use super::{Cluster, LightTree, MOST_IN_LEAF, Parts};
 use crate::light::Receiver;
 
 /// At most this many nodes make up a cut, so at most this many lights are drawn at a vertex.
@@ -21,12 +22,8 @@ const REFINING: f32 = 0.85;
 /// A node of a cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutNode {
-    /// The turns to it from the root.
-    pub trail: u64,
-    /// The node.
-    pub node: u32,
-    /// How many turns those are.
-    pub depth: u32,
+    /// Its lights.
+    pub cluster: Cluster,
     /// The draw that may choose it.
     pub draw: u32,
     /// Its importance, above 0.
@@ -46,27 +43,29 @@ pub struct Cut {
 
 impl Cut {
     /// Cuts `tree` for `receiver`, with a draw for each node that `splitting` splits off.
-    pub fn make(&mut self, tree: &LightTree, receiver: &Receiver, splitting: Splitting) {
+    pub fn make(&mut self, tree: &LightTree, parts: &impl Parts, receiver: &Receiver, splitting: Splitting) {
         self.clear();
-        let importance = tree.node(ROOT).importance(receiver);
+        let root = tree.root();
+        let importance = tree.importance(parts, &root, receiver);
         if importance <= 0.0 {
             return;
         }
         self.nodes.reserve_exact(MAX_CUT);
-        self.nodes.push(CutNode { trail: 0, node: ROOT, depth: 0, draw: 0, importance, share: 1.0 });
+        self.nodes.push(CutNode { cluster: root, draw: 0, importance, share: 1.0 });
         self.draws = 1;
         let refining = Splitting::new(REFINING);
         let mut next = 0;
         // In the order in which they came, so that all parts have their turn before the cut is full.
-        while next < self.nodes.len() && self.nodes.len() < MAX_CUT {
-            let cut = self.nodes[next];
-            let node = tree.node(cut.node);
-            if node.is_leaf() {
+        while next < self.nodes.len() {
+            let CutNode { cluster, share, .. } = self.nodes[next];
+            let node = tree.node(cluster.node);
+            let falls_into = if node.is_leaf() { cluster.count as usize } else { 2 };
+            if cluster.count == 1 || self.nodes.len() + falls_into - 1 > MAX_CUT {
                 next += 1;
-            } else if splitting.splits(node, receiver, cut.share) && self.is_alone(next) {
-                self.replace(tree, receiver, next, node, true);
-            } else if refining.splits(node, receiver, cut.share) {
-                self.replace(tree, receiver, next, node, false);
+            } else if splitting.splits(node, receiver, share) && self.is_alone(next) {
+                self.replace(tree, parts, receiver, next, true);
+            } else if refining.splits(node, receiver, share) {
+                self.replace(tree, parts, receiver, next, false);
             } else {
                 next += 1;
             }
@@ -80,37 +79,33 @@ impl Cut {
         self.draws = 0;
     }
 
-    /// Puts those children of the node at `index` that can contribute in its place; the second, if it `splits`, with a draw of its own.
-    fn replace(&mut self, tree: &LightTree, receiver: &Receiver, index: usize, node: &Node, splits: bool) {
+    /// Puts those children of the node at `index` that can contribute in its place; all but the first, if it `splits`, with draws of their own.
+    fn replace(&mut self, tree: &LightTree, parts: &impl Parts, receiver: &Receiver, index: usize, splits: bool) {
         let parent = self.nodes[index];
-        let [a, b] = tree.children(node).each_ref().map(|child| child.importance(receiver));
-        let child = |second: u32, importance: f32| CutNode {
-            trail: parent.trail | u64::from(second) << parent.depth,
-            node: 2 * node.link + second,
-            depth: parent.depth + 1,
-            draw: if second == 1 && splits && a > 0.0 { self.draws } else { parent.draw },
-            importance,
-            share: parent.share * (importance / (a + b)),
+        let children = tree.children(&parent.cluster).into_iter();
+        let mut children: ArrayVec<CutNode, MOST_IN_LEAF> = children
+            .map(|cluster| CutNode { cluster, importance: tree.importance(parts, &cluster, receiver), ..parent })
+            .filter(|child| child.importance > 0.0)
+            .collect();
+        let sum: f64 = children.iter().map(|child| f64::from(child.importance)).sum();
+        children.iter_mut().for_each(|child| child.share *= (f64::from(child.importance) / sum) as f32);
+        let mut children = children.into_iter();
+        let Some(first) = children.next() else {
+            let is_alone = self.is_alone(index);
+            self.nodes.swap_remove(index);
+            if is_alone {
+                // Its draw has nothing left: the last one takes its number.
+                self.draws -= 1;
+                let last = self.draws;
+                self.nodes.iter_mut().filter(|n| n.draw == last).for_each(|n| n.draw = parent.draw);
+            }
+            return;
         };
-        let (first, second) = (child(0, a), child(1, b));
-        match (a > 0.0, b > 0.0) {
-            (true, true) => {
-                self.draws += u32::from(splits);
-                self.nodes[index] = first;
-                self.nodes.push(second);
-            }
-            (true, false) => self.nodes[index] = first,
-            (false, true) => self.nodes[index] = second,
-            (false, false) => {
-                let is_alone = self.is_alone(index);
-                self.nodes.swap_remove(index);
-                if is_alone {
-                    // Its draw has nothing left: the last one takes its number.
-                    self.draws -= 1;
-                    let last = self.draws;
-                    self.nodes.iter_mut().filter(|n| n.draw == last).for_each(|n| n.draw = parent.draw);
-                }
-            }
+        self.nodes[index] = first;
+        for child in children {
+            let draw = if splits { self.draws } else { parent.draw };
+            self.draws += u32::from(splits);
+            self.nodes.push(CutNode { draw, ..child });
         }
     }
 
@@ -155,7 +150,14 @@ impl Cut {
 
     /// The light of `draw` for `u` in [0, 1), its probability, and what is left of `u`.
     #[inline]
-    pub fn sample(&self, tree: &LightTree, receiver: &Receiver, draw: u32, u: f64) -> Option<(u32, f32, f64)> {
+    pub fn sample(
+        &self,
+        tree: &LightTree,
+        parts: &impl Parts,
+        receiver: &Receiver,
+        draw: u32,
+        u: f64,
+    ) -> Option<(u32, f32, f64)> {
         let mut left = u;
         let mut chosen = None;
         for node in self.nodes.iter().filter(|node| node.draw == draw) {
@@ -167,15 +169,14 @@ impl Cut {
         }
         let chosen = chosen?;
         let rest = (left / f64::from(chosen.share)).clamp(0.0, 1.0 - f64::EPSILON);
-        let (id, pmf, rest) = tree.sample(chosen.node, receiver, rest);
+        let (id, pmf, rest) = tree.sample(parts, &chosen.cluster, receiver, rest);
         Some((id, chosen.share * pmf, rest))
     }
 
-    /// The probability that the draw that may choose it chooses the light at the end of `trail`.
+    /// The probability that the draw that may choose it chooses the light at `place`.
     #[inline]
-    pub fn pmf(&self, tree: &LightTree, receiver: &Receiver, trail: u64) -> f32 {
-        let is_above = |node: &&CutNode| (trail ^ node.trail) & ((1 << node.depth) - 1) == 0;
-        let above = self.nodes.iter().find(is_above);
-        above.map_or(0.0, |above| above.share * tree.pmf(above.node, above.depth, trail, receiver))
+    pub fn pmf(&self, tree: &LightTree, parts: &impl Parts, receiver: &Receiver, place: u32) -> f32 {
+        let above = self.nodes.iter().find(|node| node.cluster.covers(place));
+        above.map_or(0.0, |above| above.share * tree.pmf(parts, &above.cluster, place, receiver))
     }
 }

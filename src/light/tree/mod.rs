@@ -4,8 +4,9 @@
 //! way they face and how strong they are ([`bounds`]); from that follows how much they may matter at a point
 //! ([`importance`]). A light is chosen from the top down ([`sample`]), or one from each of several nodes ([`split`], [`cut`]).
 //!
-//! Each light is a leaf. The children of a node lie side by side in one line of a cache ([`node`]): 64 bytes a light, and 8 more for the
-//! way from the root to each light, one bit a level.
+//! Lights are numbered anew, by their places from left to right, so that what is below a node is a range of places and nothing
+//! else need be stored for each light. A leaf holds a few lights ([`MOST_IN_LEAF`]), which are chosen among one by one. The children of a
+//! node lie side by side in one line of a cache ([`node`]): about 12 bytes a light, and 8 for its number and place.
 
 pub mod bounds;
 pub mod build;
@@ -16,53 +17,118 @@ pub mod node;
 pub mod sample;
 pub mod split;
 
-use self::build::{Leaf, build};
+use arrayvec::ArrayVec;
+
+use self::build::build;
 use self::node::{Node, Pair};
-use super::Lights;
+use super::{LightId, Lights, Receiver};
 
 pub use bounds::LightBounds;
 pub use cut::Cut;
 
-/// The index of the root.
-pub const ROOT: u32 = 0;
+/// Lights in a leaf at most. Asking each of them costs as much as the three levels that they replace and knows more.
+pub const MOST_IN_LEAF: usize = 8;
+
+/// What a hierarchy stands over, by numbers.
+pub trait Parts: Sync {
+    /// The bounds of part `id`.
+    fn bounds(&self, id: u32) -> LightBounds;
+
+    /// How much part `id` may matter at `receiver`: positive wherever it contributes.
+    fn importance(&self, id: u32, receiver: &Receiver) -> f32;
+}
+
+impl Parts for Lights {
+    fn bounds(&self, id: u32) -> LightBounds {
+        LightBounds::of(self, LightId(id)).expect("only finite lights that shine are in a tree")
+    }
+
+    #[inline]
+    fn importance(&self, id: u32, receiver: &Receiver) -> f32 {
+        self.contribution(LightId(id), receiver)
+    }
+}
 
 /// The hierarchy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightTree {
     /// The root (with nothing beside it), then the children of each node: node 2k and 2k + 1 are siblings.
     pairs: Box<[Pair]>,
-    /// For each light, the turns from the root to its leaf, the first in the lowest bit; [`OUTSIDE`] for those that have no leaf.
-    trails: Box<[u64]>,
+    /// The number of the light at each place.
+    order: Box<[u32]>,
+    /// The place of each light; [`OUTSIDE`] for those that are not in the tree.
+    places: Box<[u32]>,
 }
 
-/// No trail: no leaf is this deep.
-const OUTSIDE: u64 = u64::MAX;
+/// The place of lights that have none.
+const OUTSIDE: u32 = u32::MAX;
 
-/// What is below a node.
+/// Some of a tree's lights: a node, or one light of a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Below {
-    /// Two nodes.
-    Nodes([u32; 2]),
-    /// One light.
-    Light(u32),
+pub struct Cluster {
+    /// The first place below.
+    pub first: u32,
+    /// How many lights are below; above 0.
+    pub count: u32,
+    /// The node. Of one light among several in a leaf, that leaf.
+    pub node: u32,
+}
+
+impl Cluster {
+    /// One past the last place below.
+    #[inline]
+    pub const fn end(&self) -> u32 {
+        self.first + self.count
+    }
+
+    /// Whether the light at `place` is below.
+    #[inline]
+    pub const fn covers(&self, place: u32) -> bool {
+        // Wraps around where it is before the first.
+        place.wrapping_sub(self.first) < self.count
+    }
+
+    /// Whether all of `other` is below.
+    #[inline]
+    pub const fn holds(&self, other: &Self) -> bool {
+        self.first <= other.first && other.end() <= self.end()
+    }
 }
 
 impl LightTree {
     /// Over the finite lights of `lights` that shine; `None` where there is none. Built on the current rayon pool, the
     /// same with any number of threads.
     pub fn of(lights: &Lights) -> Option<Self> {
-        let leaves = lights.ids().filter_map(|id| LightBounds::of(lights, id).map(|bounds| Leaf::new(id.0, bounds)));
-        Self::new(leaves.collect(), lights.len())
+        let is_finite = |id: &LightId| !lights.is_dark(*id) && lights.centre(*id).is_some();
+        let ids = lights.ids().filter(is_finite).map(|id| id.0).collect();
+        Self::new(lights, ids, lights.len(), MOST_IN_LEAF)
     }
 
-    /// Over `leaves`, each with a number of its own below `count`.
-    pub fn new(mut leaves: Vec<Leaf>, count: usize) -> Option<Self> {
-        let pairs = build(&mut leaves)?;
-        let mut trails = vec![OUTSIDE; count].into_boxed_slice();
-        for leaf in &leaves {
-            trails[leaf.id as usize] = leaf.trail;
+    /// Over those of `parts` that `ids` names, numbers below `count`, up to `most_in_leaf` (which is at most [`MOST_IN_LEAF`]) in a leaf.
+    pub fn new(parts: &impl Parts, ids: Vec<u32>, count: usize, most_in_leaf: usize) -> Option<Self> {
+        if ids.is_empty() {
+            return None;
         }
-        Some(Self { pairs, trails })
+        let mut order = ids.into_boxed_slice();
+        let pairs = build(parts, &mut order, most_in_leaf.min(MOST_IN_LEAF));
+        let mut places = vec![OUTSIDE; count].into_boxed_slice();
+        for (place, &id) in order.iter().enumerate() {
+            places[id as usize] = place as u32;
+        }
+        Some(Self { pairs, order, places })
+    }
+
+    /// All of it.
+    #[inline]
+    pub fn root(&self) -> Cluster {
+        Cluster { first: 0, count: self.len(), node: 0 }
+    }
+
+    /// How many lights it holds.
+    #[expect(clippy::len_without_is_empty, reason = "there is no empty tree")]
+    #[inline]
+    pub fn len(&self) -> u32 {
+        self.order.len() as u32
     }
 
     /// The node `index`.
@@ -71,27 +137,59 @@ impl LightTree {
         &self.pairs[(index >> 1) as usize].0[(index & 1) as usize]
     }
 
-    /// The two nodes below `node`, which is not a leaf.
+    /// The number of the pair below the node `index`, which is not a leaf.
     #[inline(always)]
-    pub fn children(&self, node: &Node) -> &[Node; 2] {
-        &self.pairs[node.link as usize].0
+    fn pair_below(&self, index: u32) -> u32 {
+        let pair = index >> 1;
+        pair + if index & 1 == 0 { 1 } else { self.node(index).link }
     }
 
-    /// What is below the node `index`.
-    #[inline]
-    pub fn below(&self, index: u32) -> Below {
-        let node = self.node(index);
-        if node.is_leaf() { Below::Light(node.link) } else { Below::Nodes([2 * node.link, 2 * node.link + 1]) }
+    /// The two nodes of pair `pair`, and the first place below the second.
+    #[inline(always)]
+    fn pair(&self, pair: u32) -> (&[Node; 2], u32) {
+        let nodes = &self.pairs[pair as usize].0;
+        (nodes, nodes[0].link)
     }
 
-    /// The turns from the root to the light `id`, where it has a leaf.
+    /// What a cluster of several lights falls into: two nodes, or the lights of a leaf. Nothing for one light.
+    pub fn children(&self, cluster: &Cluster) -> ArrayVec<Cluster, MOST_IN_LEAF> {
+        let Cluster { first, count, node } = *cluster;
+        if count == 1 {
+            return ArrayVec::new();
+        }
+        if self.node(node).is_leaf() {
+            return (first..cluster.end()).map(|place| Cluster { first: place, count: 1, node }).collect();
+        }
+        let pair = self.pair_below(node);
+        let (_, middle) = self.pair(pair);
+        let left = Cluster { first, count: middle - first, node: 2 * pair };
+        let right = Cluster { first: middle, count: cluster.end() - middle, node: 2 * pair + 1 };
+        [left, right].into_iter().collect()
+    }
+
+    /// The light that a cluster is, if it is one.
     #[inline]
-    pub fn trail(&self, id: u32) -> Option<u64> {
-        self.trails.get(id as usize).copied().filter(|&trail| trail != OUTSIDE)
+    pub fn light(&self, cluster: &Cluster) -> Option<u32> {
+        (cluster.count == 1).then(|| self.order[cluster.first as usize])
+    }
+
+    /// How much the lights of a cluster may matter at `receiver`: 0 only where none of them can contribute.
+    #[inline]
+    pub fn importance(&self, parts: &impl Parts, cluster: &Cluster, receiver: &Receiver) -> f32 {
+        match self.light(cluster) {
+            Some(light) => parts.importance(light, receiver),
+            None => self.node(cluster.node).importance(receiver),
+        }
+    }
+
+    /// The place of the light `id`, where it is in the tree.
+    #[inline]
+    pub fn place(&self, id: u32) -> Option<u32> {
+        self.places.get(id as usize).copied().filter(|&place| place != OUTSIDE)
     }
 
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
-        size_of_val(&*self.pairs) + size_of_val(&*self.trails)
+        size_of_val(&*self.pairs) + size_of_val(&*self.order) + size_of_val(&*self.places)
     }
 }

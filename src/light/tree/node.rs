@@ -21,7 +21,8 @@ pub struct Node {
     axis: u32,
     /// Two numbers of [`ANGLE_BITS`] bits: sin(θ_o/2) and sin(θ_e/2); flags above.
     cones: u32,
-    /// The pair of its children; a leaf's light.
+    /// Of the first of two siblings, the place where the second begins. Of the second, how many pairs after its own that of its children is (the
+    /// first one's is the next).
     pub link: u32,
 }
 
@@ -40,7 +41,7 @@ const LAMBERTIAN: u32 = 1 << 29;
 const NARROWEST: f32 = 3e-4;
 
 impl Node {
-    /// The node with these bounds: a leaf for the light `link`, or the parent of the pair `link`.
+    /// The node with these bounds.
     pub fn new(bounds: &LightBounds, is_leaf: bool, link: u32) -> Self {
         let axis = fold(bounds.axis);
         let lost = unfold(axis).distance(bounds.axis);
@@ -54,7 +55,7 @@ impl Node {
         Self { centre: bounds.centre(), radius: bounds.radius, energy: bounds.energy, axis, cones, link }
     }
 
-    /// Whether one light is all there is.
+    /// Whether it has no nodes below.
     #[inline(always)]
     pub const fn is_leaf(&self) -> bool {
         self.cones & LEAF != 0

@@ -23,7 +23,7 @@ fn speed_and_size() {
         let start = std::time::Instant::now();
         let tree = LightTree::of(&lights).expect("they shine");
         let seconds = start.elapsed().as_secs_f64();
-        let depth = check_shape(&tree, ROOT, &mut vec![]);
+        let depth = check_shape(&lights, &tree, tree.root(), &mut vec![]);
         let bytes = tree.memory() as f64 / f64::from(count);
         println!("{count} lights: built in {seconds:.2} s, {bytes:.1} bytes a light, {depth} deep");
         const SAMPLES: u32 = 300_000;
@@ -31,7 +31,7 @@ fn speed_and_size() {
         let mut sum = 0.0;
         for _ in 0..SAMPLES {
             let u = selector::choice(stream.next_f32(), stream.next_f32());
-            sum += tree.sample(ROOT, &receiver(&mut stream), u).1;
+            sum += tree.sample(&lights, &tree.root(), &receiver(&mut stream), u).1;
         }
         let ns = |start: std::time::Instant| start.elapsed().as_secs_f64() * 1e9 / f64::from(SAMPLES);
         println!("  {:.0} ns a sample from the root ({sum:.0})", ns(start));
@@ -39,7 +39,7 @@ fn speed_and_size() {
         let start = std::time::Instant::now();
         let mut nodes = 0;
         for _ in 0..SAMPLES {
-            cut.make(&tree, &receiver(&mut stream), Splitting::new(0.0));
+            cut.make(&tree, &lights, &receiver(&mut stream), Splitting::new(0.0));
             nodes += cut.nodes().len();
         }
         println!("  {:.0} ns a cut of {:.1} nodes", ns(start), nodes as f64 / f64::from(SAMPLES));
@@ -67,17 +67,16 @@ fn variance_of_choice() {
             let (mut variance, mut draws) = (Mean::default(), Mean::default());
             for _ in 0..400 {
                 let at = receiver(&mut stream);
-                cut.make(&tree, &at, Splitting::new(splitting.unwrap_or(0.0)));
+                cut.make(&tree, &lights, &at, Splitting::new(splitting.unwrap_or(0.0)));
                 let mut sums = vec![(0.0f64, 0.0f64); cut.draws() as usize];
                 for id in lights.ids() {
                     let value = f64::from(lights.contribution(id, &at));
-                    let trail = tree.trail(id.0).expect("it shines");
-                    let is_above =
-                        |n: &&crate::light::tree::cut::CutNode| (trail ^ n.trail) & ((1 << n.depth) - 1) == 0;
-                    if let Some(node) = cut.nodes().iter().find(is_above).filter(|_| value > 0.0) {
+                    let place = tree.place(id.0).expect("it shines");
+                    let above = cut.nodes().iter().find(|node| node.cluster.covers(place));
+                    if let Some(node) = above.filter(|_| value > 0.0) {
                         let pmf = match splitting {
-                            None => tree.pmf(ROOT, 0, trail, &at),
-                            Some(_) => cut.pmf(&tree, &at, trail),
+                            None => tree.pmf(&lights, &tree.root(), place, &at),
+                            Some(_) => cut.pmf(&tree, &lights, &at, place),
                         };
                         let (squares, sum) = &mut sums[node.draw as usize];
                         *squares += value * value / f64::from(pmf);

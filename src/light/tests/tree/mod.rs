@@ -5,7 +5,7 @@ mod figures;
 mod shape;
 
 use super::*;
-use crate::light::tree::{Below, LightTree, ROOT};
+use crate::light::tree::{Cluster, LightTree, Parts};
 use crate::math::warp::uniform_sphere;
 
 /// Points in a cube of side 20 around the origin.
@@ -62,34 +62,32 @@ fn from_infinity(lights: &mut Lights) {
     lights.add_infinite(InfiniteLight::Constant(Rgb::splat(0.1)));
 }
 
-/// The nodes from the root to the leaf of light `id`.
-fn path(tree: &LightTree, id: LightId) -> Vec<u32> {
-    let mut path = vec![ROOT];
-    let mut turns = tree.trail(id.0).expect("it shines");
-    while let Below::Nodes(children) = tree.below(path[path.len() - 1]) {
-        path.push(children[(turns & 1) as usize]);
-        turns >>= 1;
+/// The clusters from the root to the light `id` itself.
+fn path(tree: &LightTree, id: LightId) -> Vec<Cluster> {
+    let place = tree.place(id.0).expect("it shines");
+    let mut path = vec![tree.root()];
+    while let Some(next) = tree.children(&path[path.len() - 1]).into_iter().find(|child| child.covers(place)) {
+        path.push(next);
     }
     path
 }
 
-/// Depth of the tree; fails where the sphere of a node does not hold the leaves below or its energy is not theirs.
-fn check_shape(tree: &LightTree, node: u32, above: &mut Vec<u32>) -> usize {
-    match tree.below(node) {
-        Below::Light(_) => {
-            let leaf = tree.node(node);
-            for parent in above.iter().map(|&parent| tree.node(parent)) {
-                let reach = parent.centre.as_dvec3().distance(leaf.centre.as_dvec3()) + f64::from(leaf.radius);
-                assert!(reach <= f64::from(parent.radius) * (1.0 + 1e-5), "{reach} {}", parent.radius);
-                assert!(leaf.energy <= parent.energy && leaf.energy > 0.0);
-            }
-            above.len()
+/// Depth of the tree; fails where the sphere of a node does not hold the lights below or its energy is not theirs.
+fn check_shape(lights: &Lights, tree: &LightTree, cluster: Cluster, above: &mut Vec<u32>) -> usize {
+    let is_node = above.last() != Some(&cluster.node);
+    if let Some(light) = tree.light(&cluster) {
+        let bounds = lights.bounds(light);
+        for node in above.iter().map(|&node| tree.node(node)) {
+            let reach = node.centre.as_dvec3().distance(bounds.centre().as_dvec3()) + f64::from(bounds.radius);
+            assert!(reach <= f64::from(node.radius) * (1.0 + 1e-5), "{reach} {}", node.radius);
+            assert!(bounds.energy <= node.energy && bounds.energy > 0.0);
         }
-        Below::Nodes(children) => {
-            above.push(node);
-            let depth = children.map(|child| check_shape(tree, child, above)).into_iter().max();
-            above.pop();
-            depth.unwrap_or(0)
-        }
+        return above.len() - usize::from(!is_node);
     }
+    above.push(cluster.node);
+    let children = tree.children(&cluster);
+    assert_eq!(children.iter().map(|child| child.count).sum::<u32>(), cluster.count);
+    let depth = children.into_iter().map(|child| check_shape(lights, tree, child, above)).max();
+    above.pop();
+    depth.unwrap_or(0)
 }

@@ -2,16 +2,8 @@
 
 use super::*;
 use crate::light::selector::tree::Tree;
-use crate::light::tree::LightBounds;
-use crate::light::tree::build::{Leaf, MAX_DEPTH};
-
-/// Every light below `node`.
-fn lights_below(tree: &LightTree, node: u32, visit: &mut dyn FnMut(u32)) {
-    match tree.below(node) {
-        Below::Light(id) => visit(id),
-        Below::Nodes(children) => children.into_iter().for_each(|child| lights_below(tree, child, visit)),
-    }
-}
+use crate::light::tree::MOST_IN_LEAF;
+use crate::light::tree::build::MAX_DEPTH;
 
 #[test]
 fn what_contributes_is_important_all_the_way_down() {
@@ -65,12 +57,12 @@ fn check_path(geometry: &Geometry, lights: &Lights, tree: &LightTree, at: &Recei
         });
         if contributes {
             lit += 1;
-            let trail = tree.trail(id.0).expect("it shines");
-            for node in path(tree, id) {
-                let importance = tree.node(node).importance(at);
+            let place = tree.place(id.0).expect("it shines");
+            for cluster in path(tree, id) {
+                let importance = tree.importance(lights, &cluster, at);
                 assert!(importance > 0.0 && importance.is_finite(), "{id:?} {:?} at {at:?}", lights.get(id));
             }
-            assert!(tree.pmf(ROOT, 0, trail, at) > 0.0);
+            assert!(tree.pmf(lights, &tree.root(), place, at) > 0.0);
         }
     }
     lit
@@ -80,12 +72,15 @@ fn check_path(geometry: &Geometry, lights: &Lights, tree: &LightTree, at: &Recei
 fn a_node_holds_what_is_below() {
     let (_, lights) = many(500, 70);
     let tree = LightTree::of(&lights).expect("some shine");
-    let depth = check_shape(&tree, ROOT, &mut vec![]);
+    let depth = check_shape(&lights, &tree, tree.root(), &mut vec![]);
     assert!(depth < 30, "{depth}");
-    let mut seen = vec![0; lights.len()];
-    lights_below(&tree, ROOT, &mut |id| seen[id as usize] += 1);
     for id in lights.ids() {
-        assert_eq!(seen[id.0 as usize], usize::from(!lights.is_dark(id)));
+        let place = tree.place(id.0);
+        assert_eq!(place.is_some(), !lights.is_dark(id));
+        if place.is_some() {
+            let path = path(&tree, id);
+            assert_eq!(tree.light(&path[path.len() - 1]), Some(id.0));
+        }
     }
 }
 
@@ -104,11 +99,12 @@ fn lights_at_one_spot_make_a_balanced_tree() {
         }
     }
     let tree = LightTree::of(&lights).expect("they shine");
-    assert_eq!(check_shape(&tree, ROOT, &mut vec![]), COUNT.ilog2() as usize);
+    assert_eq!(check_shape(&lights, &tree, tree.root(), &mut vec![]), (COUNT / MOST_IN_LEAF).ilog2() as usize);
     // From the spot itself and from nearby.
     for at in [Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 3.5)] {
         let at = Receiver::medium(at);
-        let sum: f64 = lights.ids().map(|id| f64::from(tree.pmf(ROOT, 0, tree.trail(id.0).unwrap_or(0), &at))).sum();
+        let sum: f64 =
+            lights.ids().map(|id| f64::from(tree.pmf(&lights, &tree.root(), tree.place(id.0).unwrap_or(0), &at))).sum();
         assert!((sum - 1.0).abs() < 1e-4, "{sum}");
     }
 }
@@ -122,18 +118,20 @@ fn depth_is_bounded_whatever_the_lights() {
         lights.add_point(PointLight { p: Vec3::X * x.min(1e18), intensity: Rgb::splat(x.min(1e18)) });
     }
     let tree = LightTree::of(&lights).expect("they shine");
-    let depth = check_shape(&tree, ROOT, &mut vec![]);
+    let depth = check_shape(&lights, &tree, tree.root(), &mut vec![]);
     assert!(depth <= MAX_DEPTH as usize, "{depth}");
 }
 
 #[test]
 fn the_tree_is_the_same_with_any_number_of_threads() {
     let mut stream = Stream::from_seed(100);
-    let leaves: Vec<Leaf> =
-        (0..50_000).map(|i| Leaf::new(i, LightBounds::of_point(place(&mut stream), strength(&mut stream)))).collect();
+    let mut lights = Lights::default();
+    for _ in 0..50_000 {
+        lights.add_point(PointLight { p: place(&mut stream), intensity: Rgb::splat(strength(&mut stream)) });
+    }
     let build = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| LightTree::new(leaves.clone(), leaves.len()))
+        pool.install(|| LightTree::of(&lights))
     };
     assert!(build(1) == build(2) && build(1) == build(5));
 }
@@ -150,6 +148,6 @@ fn a_million_lights_take_little_memory_and_time() {
     let tree = Tree::new(&lights);
     let seconds = start.elapsed().as_secs_f64();
     println!("{COUNT} lights: {seconds:.2} s, {:.1} bytes a light", tree.memory() as f64 / COUNT as f64);
-    assert!(tree.memory() <= 80 * COUNT, "{}", tree.memory());
+    assert!(tree.memory() <= 24 * COUNT, "{}", tree.memory());
     assert!(seconds < 30.0, "{seconds} s");
 }
