@@ -73,6 +73,7 @@ pub fn for_each_overlap(own: List, other: List, mut pair: impl FnMut((usize, Clu
 
 /// What the sensors receive, averaged over each point and its neighbours (section 3.1.5), not in place. A neighbour's entry that is part of one
 /// of the point's own goes there; one that holds several of them is shared out by their strengths.
+/// What is near to the neighbour is left out: there it may be stronger than all else by any factor.
 pub fn blurred(hierarchy: &Hierarchy, lights: &Lights, blur: &BlurWeights, table: &Table) -> Energies {
     let mut out = Energies::new(table.energies.fluence.len());
     out.split(&table.offsets).into_par_iter().enumerate().for_each(|(point, (fluence, shares))| {
@@ -80,18 +81,26 @@ pub fn blurred(hierarchy: &Hierarchy, lights: &Lights, blur: &BlurWeights, table
         let own = table.list(point);
         let (own_fluence, own_shares) = table.energies(point);
         let mut sums: Vec<Sensors> = (0..own.len()).map(|k| unpack(k, own_fluence, own_shares)).collect();
-        let mut weights = 1.0;
+        let mut weights = vec![1.0; own.len()];
         for &(neighbour, weight) in blur.of(point) {
             let (other_fluence, other_shares) = table.energies(neighbour);
-            weights += weight;
+            let near = table.near(neighbour);
+            // Parts of one entry count once together.
+            let mut last = None;
             for_each_overlap(own, table.list(neighbour), |(i, a), (j, b)| {
+                if near.binary_search(&(j as u16)).is_ok() {
+                    return;
+                }
                 let share = if a.holds(&b) { 1.0 } else { share(hierarchy, lights, &a, &b) };
                 let theirs = unpack(j, other_fluence, other_shares);
                 sums[i].iter_mut().zip(theirs).for_each(|(sum, energy)| *sum += weight * share * energy);
+                if last.replace(i) != Some(i) {
+                    weights[i] += weight;
+                }
             });
         }
-        for (k, sensors) in sums.iter_mut().enumerate() {
-            sensors.iter_mut().for_each(|energy| *energy = (*energy / weights).min(f32::MAX));
+        for (k, (sensors, weight)) in sums.iter_mut().zip(weights).enumerate() {
+            sensors.iter_mut().for_each(|energy| *energy = (*energy / weight).min(f32::MAX));
             pack(sensors, k, fluence, shares);
         }
     });
@@ -99,7 +108,7 @@ pub fn blurred(hierarchy: &Hierarchy, lights: &Lights, blur: &BlurWeights, table
 }
 
 /// The share of `whole` that is `part`.
-fn share(hierarchy: &Hierarchy, lights: &Lights, part: &Cluster, whole: &Cluster) -> f32 {
+pub fn share(hierarchy: &Hierarchy, lights: &Lights, part: &Cluster, whole: &Cluster) -> f32 {
     let all = hierarchy.strength(lights, whole);
     if all > 0.0 { (hierarchy.strength(lights, part) / all).min(1.0) } else { 0.0 }
 }

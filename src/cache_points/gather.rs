@@ -94,9 +94,20 @@ impl Ord for Waiting {
     }
 }
 
-/// Goes down the hierarchy at `place`; at most `most` entries where there are not more lights at infinity than that.
+/// Goes down the hierarchy at `place`, by what arrives without occlusion; at most `most` entries.
 pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Place, most: usize) -> Gathered {
     let receiver = Receiver::medium(place.p);
+    gather(hierarchy, lights, place, most, |cluster| hierarchy.energy(lights, cluster, &receiver))
+}
+
+/// Goes down the hierarchy at `place`, by the `energy` of clusters; at most `most` entries where there are not more lights at infinity than that.
+pub fn gather(
+    hierarchy: &Hierarchy,
+    lights: &Lights,
+    place: Place,
+    most: usize,
+    energy: impl Fn(&Cluster) -> f32,
+) -> Gathered {
     let mut waiting: BinaryHeap<Waiting> = BinaryHeap::new();
     let mut found: Vec<(f32, LightId, Cluster)> = vec![];
     // Energy of single lights, and of clusters not looked into.
@@ -104,7 +115,7 @@ pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Place, most: 
     let mut open: Vec<Cluster> = hierarchy.roots().collect();
     loop {
         for cluster in open.drain(..) {
-            let energy = hierarchy.energy(lights, &cluster, &receiver);
+            let energy = energy(&cluster);
             if let Some(light) = hierarchy.light(&cluster) {
                 known += f64::from(energy);
                 found.push((energy, light, cluster));

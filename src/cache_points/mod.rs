@@ -20,6 +20,7 @@ pub mod merge;
 pub mod neighbours;
 pub mod order;
 pub mod prune;
+pub mod refine;
 pub mod seed;
 pub mod select;
 pub mod statistics;
@@ -64,6 +65,8 @@ pub struct CacheSettings {
     pub gathering: Gathering,
     /// How visibility is learned.
     pub visibility: VisibilityRule,
+    /// Whether lists are made anew from what was learned.
+    pub refine: bool,
     /// Whether surface normals count in merging and look-up.
     pub normals: bool,
     /// Whether beams get candidates.
@@ -77,7 +80,7 @@ pub struct CacheSettings {
 impl Default for CacheSettings {
     fn default() -> Self {
         let (gathering, visibility) = Default::default();
-        Self { gathering, visibility, normals: true, beams: true, candidates: None, entries: DEFAULT_ENTRIES }
+        Self { gathering, visibility, refine: true, normals: true, beams: true, candidates: None, entries: DEFAULT_ENTRIES }
     }
 }
 
@@ -92,6 +95,8 @@ pub struct CachePoints {
     lookup: NearestPoint,
     blur: BlurWeights,
     table: Table,
+    /// How often lists were made anew.
+    refinements: u32,
     /// All lights that shine, for the small chance that any is chosen.
     uniform: Uniform,
     statistics: CacheStatistics,
@@ -150,15 +155,28 @@ impl CachePoints {
 
         let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
         let uniform = Uniform::new(lights, dark);
-        let mut cache = Self { settings, hierarchy, positions, radii, lookup, blur, table, uniform, statistics };
-        cache.learn();
+        let mut cache = Self { settings, hierarchy, positions, radii, lookup, blur, table, refinements: 0, uniform, statistics };
+        cache.update();
         cache.statistics.describe(&cache.table);
         cache.statistics.bytes = cache.memory();
         Some(cache)
     }
 
     /// Takes over what was learned since the last call: from now on lights are selected by it.
-    pub fn learn(&mut self) {
+    pub fn learn(&mut self, lights: &Lights) {
+        self.update();
+        if self.settings.refine && self.settings.gathering == Gathering::Hierarchy && self.refinements < refine::TIMES {
+            self.refinements += 1;
+            let places: Vec<Place> = places(&self.positions, &self.radii).collect();
+            let most = most_entries(places.len(), &self.settings);
+            self.table = refine::refined(&self.hierarchy, lights, &self.table, &places, most);
+            self.table.energies = energies(&self.hierarchy, lights, &self.positions, &self.table);
+            self.table.energies = blur::blurred(&self.hierarchy, lights, &self.blur, &self.table);
+            self.update();
+        }
+    }
+
+    fn update(&mut self) {
         learn::update(self.settings.visibility, &self.hierarchy, &self.blur, &mut self.table);
     }
 
@@ -223,6 +241,15 @@ fn signature(hierarchy: &Hierarchy, lights: &Lights, place: Place) -> Signature 
     clusters.iter().zip(energies).map(of).collect()
 }
 
+/// How many entries each of so many points may have.
+fn most_entries(points: usize, settings: &CacheSettings) -> usize {
+    (MOST_BYTES / (ENTRY * points)).min(settings.entries as usize)
+}
+
+fn places(positions: &[Vec3], radii: &[f32]) -> impl Iterator<Item = Place> {
+    positions.iter().zip(radii).map(|(&p, &radius)| Place { p, radius })
+}
+
 /// The lists of all points, no energies yet.
 fn gather_all(
     hierarchy: &Hierarchy,
@@ -232,8 +259,8 @@ fn gather_all(
     blur: &BlurWeights,
     settings: &CacheSettings,
 ) -> Table {
-    let most = (MOST_BYTES / (ENTRY * positions.len())).min(settings.entries as usize);
-    let places: Vec<Place> = positions.iter().zip(radii).map(|(&p, &radius)| Place { p, radius }).collect();
+    let most = most_entries(positions.len(), settings);
+    let places: Vec<Place> = places(positions, radii).collect();
     match settings.gathering {
         Gathering::Hierarchy => {
             let gathered: Vec<Gathered> =

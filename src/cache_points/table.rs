@@ -29,6 +29,11 @@ pub struct Counter {
 }
 
 impl Counter {
+    /// After so many attempts and successes.
+    pub fn new([attempts, successes]: [u32; 2]) -> Self {
+        Self { attempts: attempts.into(), successes: successes.into() }
+    }
+
     /// One more.
     #[inline]
     pub fn record(&self, success: bool) {

@@ -82,7 +82,7 @@ fn teach(cache: &mut CachePoints, lights: &Lights, passes: u32, success: impl Fn
             let (id, ..) = cache.sample(lights, u, &scratch).expect("there are lights");
             cache.record(lights, id, success(id), &scratch);
         }
-        cache.learn();
+        cache.learn(lights);
     }
 }
 

@@ -76,6 +76,9 @@ pub struct RenderArguments {
     /// How the lights of cache points are gathered.
     #[arg(long, value_enum, default_value_t = Gathering::Hierarchy, help_heading = "Cache points")]
     pub cache_gathering: Gathering,
+    /// Keep the lists of cache points as they were gathered: do not make them anew from what was learned.
+    #[arg(long, help_heading = "Cache points")]
+    pub cache_no_refining: bool,
     /// Ignore surface normals when cache points are merged and looked up.
     #[arg(long, help_heading = "Cache points")]
     pub cache_no_normals: bool,
@@ -176,6 +179,7 @@ impl RenderArguments {
             cache: CacheSettings {
                 gathering: self.cache_gathering,
                 visibility: self.cache_visibility,
+                refine: !self.cache_no_refining,
                 normals: !self.cache_no_normals,
                 beams: !self.cache_no_beams,
                 candidates: self.cache_candidates,

@@ -97,11 +97,11 @@ impl LightChoice {
     }
 
     /// An iteration is over: takes over what was learned.
-    pub fn learn(&mut self) {
+    pub fn learn(&mut self, lights: &Lights) {
         if let Self::CachePoints(cache) = self
             && cache.learns()
         {
-            cache.learn();
+            cache.learn(lights);
         }
     }
 

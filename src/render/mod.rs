@@ -191,7 +191,7 @@ impl Job {
             }
             done += pass;
             if done < limit {
-                self.world.light_choice.learn();
+                self.world.light_choice.learn(&self.world.lights);
             }
             let error = film.error_estimate();
             tracking.pass_ended(error);

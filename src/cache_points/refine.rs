@@ -1,0 +1,148 @@
+//! Lists made anew from what was learned. **Ours:** a list that was gathered without occlusion spends most of its entries on lights that turn
+//! out to be hidden. After each of the first iterations every point goes down the light hierarchy again, now by energy × W: what is
+//! hidden falls back into few clusters, and their entries go to lights that arrive.
+
+use rayon::prelude::*;
+
+use super::blur::share;
+use super::gather::{Gathered, Place, gather};
+use super::hierarchy::{Cluster, Hierarchy};
+use super::table::{Counter, List, Table, range};
+use crate::light::{Lights, Receiver};
+
+/// How often lists are made anew.
+pub const TIMES: u32 = 3;
+
+/// A cluster made of several entries counts as tried at most this often: they were not tried in the proportions that its lights will be.
+const MOST_TRIES: u32 = 16;
+
+/// One point's list, and what is known of it.
+struct Known<'a> {
+    hierarchy: &'a Hierarchy,
+    lights: &'a Lights,
+    list: List<'a>,
+    fluence: &'a [f32],
+    visibility: &'a [f32],
+    counters: &'a [Counter],
+    /// Running sums of fluence × W, from 0 on.
+    sums: Vec<f64>,
+}
+
+impl<'a> Known<'a> {
+    fn new(hierarchy: &'a Hierarchy, lights: &'a Lights, table: &'a Table, point: u32) -> Self {
+        let entries = range(&table.offsets, point);
+        let (fluence, _) = table.energies(point);
+        let visibility = &table.visibility[entries.clone()];
+        let mut sums = vec![0.0];
+        sums.extend(fluence.iter().zip(visibility).scan(0.0, |sum, (fluence, w)| {
+            *sum += f64::from(fluence * w);
+            Some(*sum)
+        }));
+        let (list, counters) = (table.list(point), &table.counters[entries]);
+        Self { hierarchy, lights, list, fluence, visibility, counters, sums }
+    }
+
+    /// The entries that `cluster` has lights in.
+    fn entries(&self, cluster: &Cluster) -> std::ops::Range<usize> {
+        self.list.from_place(cluster.first + 1) - 1..self.list.from_place(cluster.end())
+    }
+
+    /// What is expected to arrive of `cluster`.
+    fn weight(&self, cluster: &Cluster, receiver: &Receiver) -> f32 {
+        let entries = self.entries(cluster);
+        if entries.len() == 1 && self.list.get(entries.start) != *cluster {
+            return self.hierarchy.energy(self.lights, cluster, receiver) * self.visibility[entries.start];
+        }
+        (self.sums[entries.end] - self.sums[entries.start]) as f32
+    }
+
+    /// Tries and successes that `cluster` begins with: its share of those of the entry that it was part of, or what its entries have come to.
+    fn counter(&self, cluster: &Cluster) -> Counter {
+        let entries = self.entries(cluster);
+        let all = self.counters[entries.clone()].iter().map(Counter::get);
+        let [tries, successes] = all.fold([0; 2], |a: [u32; 2], b| [a[0].saturating_add(b[0]), a[1].saturating_add(b[1])]);
+        if entries.len() == 1 {
+            let share = share(self.hierarchy, self.lights, cluster, &self.list.get(entries.start));
+            return Counter::new([tries, successes].map(|n| (n as f32 * share).round() as u32));
+        }
+        let (mut seen, mut energy) = (0.0, 0.0);
+        for k in entries {
+            energy += f64::from(self.fluence[k]);
+            // W = √R.
+            seen += f64::from(self.fluence[k] * self.visibility[k].powi(2));
+        }
+        let tries = tries.min(MOST_TRIES);
+        let share = if energy > 0.0 { (seen / energy).min(1.0) } else { 0.0 };
+        Counter::new([tries, (f64::from(tries) * share).round() as u32])
+    }
+}
+
+/// The lists of all `places`, whose present ones are in `table`: `most` entries each. They leave no light out, and have no energies yet.
+pub fn refined(hierarchy: &Hierarchy, lights: &Lights, table: &Table, places: &[Place], most: usize) -> Table {
+    let (gathered, counters): (Vec<Gathered>, Vec<Vec<Counter>>) = places
+        .par_iter()
+        .enumerate()
+        .map(|(point, &place)| {
+            let known = Known::new(hierarchy, lights, table, point as u32);
+            let receiver = Receiver::medium(place.p);
+            let gathered = gather(hierarchy, lights, place, most, |cluster| known.weight(cluster, &receiver));
+            let counters = gathered.clusters.iter().map(|cluster| known.counter(cluster)).collect();
+            (gathered, counters)
+        })
+        .unzip();
+    let mut refined = Table::new(&gathered, Some(hierarchy.places()));
+    refined.counters = counters.into_iter().flatten().collect();
+    refined
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::super::gather::by_hierarchy;
+    use super::*;
+    use crate::light::PointLight;
+    use crate::math::Rgb;
+
+    #[test]
+    fn entries_go_to_lights_that_arrive() {
+        let mut lights = Lights::default();
+        // Ten rows of a hundred.
+        for i in 0..1000u16 {
+            let p = Vec3::new(f32::from(i % 100), 10.0 * f32::from(i / 100), 0.0);
+            lights.add_point(PointLight { p, intensity: Rgb::WHITE });
+        }
+        let hierarchy = Hierarchy::new(&lights);
+        let place = Place { p: Vec3::new(50.0, 45.0, 40.0), radius: 1.0 };
+        const MOST: usize = 48;
+        let mut table =
+            Table::new(&[by_hierarchy(&hierarchy, &lights, place, MOST)], Some(hierarchy.places()));
+        let of_row = |table: &Table| {
+            let in_row = |c: &Cluster| hierarchy.light(c).is_some_and(|id| id.0 / 100 == 3);
+            table.list(0).iter().filter(in_row).count()
+        };
+        let before = of_row(&table);
+        for _ in 0..TIMES {
+            // All but one row are hidden, and all of it is known.
+            let fluence = |c: Cluster| hierarchy.energy(&lights, &c, &Receiver::medium(place.p));
+            table.energies.fluence = table.list(0).iter().map(fluence).collect();
+            let rows = |c: Cluster| {
+                let count = |row: u32| {
+                    let place = |i: &u32| hierarchy.place(&lights, crate::light::LightId(100 * row + i));
+                    (0..100).filter(|i| place(i).is_some_and(|place| c.covers(place))).count()
+                };
+                count(3) as f32 / c.count as f32
+            };
+            table.visibility = table.list(0).iter().map(|c| rows(c).sqrt().max(0.03)).collect();
+            table.counters = table.list(0).iter().map(|c| Counter::new([100, (100.0 * rows(c)) as u32])).collect();
+            table = refined(&hierarchy, &lights, &table, &[place], MOST);
+        }
+        assert!(before < 10 && of_row(&table) > 25, "{before} {}", of_row(&table));
+        let all: u32 = table.list(0).iter().map(|c| c.count).sum();
+        assert_eq!(all, hierarchy.places(), "no light is left out");
+        for (cluster, counter) in table.list(0).iter().zip(&table.counters) {
+            let [tries, successes] = counter.get();
+            assert!(successes <= tries && tries <= 100, "{cluster:?} {tries} {successes}");
+        }
+    }
+}
