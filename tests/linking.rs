@@ -266,6 +266,42 @@ fn without_links_nothing_changes() {
     }
 }
 
+#[test]
+fn instances_are_lit_by_what_is_stated_around_them() {
+    let [left, right] = ["Translate -0.7 -0.4 -0.3", "Translate 0.6 -0.4 0"];
+    let [none, key, rim, all] =
+        ["", "\"string lights\" \"key\"", "\"string lights\" \"rim\"", "\"string addlights\" []"];
+    let ball = |links: &str| format!("Shape \"sphere\" \"float radius\" 0.5 {links}\n");
+    let around = |links: &str, what: &str| {
+        let attribute = if links.is_empty() { String::new() } else { format!("Attribute \"shape\" {links}") };
+        format!("AttributeBegin {attribute} {what} AttributeEnd\n")
+    };
+    let object = |name: &str, what: &str| format!("ObjectBegin \"{name}\" {what} ObjectEnd\n");
+    let at = |place: &str, links: &str, name: &str| around(links, &format!("{place} ObjectInstance \"{name}\""));
+    let both = |of_left: &str, of_right: &str| at(left, of_left, "o") + &at(right, of_right, "o");
+    let nested = at(left, key, "o") + &at(right, none, "o");
+    let world = |objects: &str| lights(|_| true) + &SURFACES[0].text(0, false, "") + objects;
+    for (objects, [of_left, of_right]) in [
+        (object("o", &ball(none)) + &both(key, none), [key, none]),
+        // What a shape states, or what is stated within the object, stays.
+        (object("o", &ball(key)) + &both(rim, none), [key, key]),
+        (object("o", &around(key, &ball(none))) + &both(rim, all), [key, key]),
+        (around(key, &(object("o", &ball(rim)) + &both(none, all))), [rim, rim]),
+        // What is stated around the object goes if something is stated around the instance.
+        (around(key, &object("o", &ball(none))) + &both(rim, none), [rim, key]),
+        (around(key, &object("o", &ball(none))) + &both(all, none), [none, key]),
+        (object("o", &ball(none)) + &object("p", &nested) + &at("", rim, "p"), [key, rim]),
+    ] {
+        let expected =
+            object("l", &ball(of_left)) + &at(left, none, "l") + &object("r", &ball(of_right)) + &at(right, none, "r");
+        for kind in [LightSelection::Optimal, LightSelection::CachePoints] {
+            assert!(bits(&world(&objects), kind) == bits(&world(&expected), kind), "{kind:?}: {objects}");
+        }
+    }
+    let plain = |links: &str| bits(&world(&(object("o", &ball(links)) + &both(none, none))), LightSelection::Optimal);
+    assert!(plain(none) != plain(key) && plain(key) != plain(rim), "links do not matter here");
+}
+
 /// Loads and prepares a scene.
 fn prepare(world: &str, strict: bool) -> (Result<Job, String>, Warnings) {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -91,7 +91,8 @@ pub struct RenderArguments {
     /// Candidates for cache points at most [default: a number that suits the image, up to 1.1 million].
     #[arg(long, value_name = "N", help_heading = "Cache points")]
     pub cache_candidates: Option<u32>,
-    /// Write a picture of the cache points over the image, coloured by radius, and a PLY file of the same name.
+    /// Write a picture of the cache points that no surface hides from the camera, over the image and coloured by radius, and all of
+    /// them to a PLY file of the same name.
     #[arg(long, value_name = "FILE.png", help_heading = "Cache points")]
     pub debug_cache_points: Option<PathBuf>,
     /// Which library traces rays [default: embree where built in].

@@ -15,6 +15,7 @@ use crate::integrator::Counters;
 use crate::medium::regions::MAX_OVERLAP;
 use crate::render::stats::{Statistics, process_usage};
 use crate::render::{Job, Outcome, PngOutput, RenderError, RenderSettings, load};
+use crate::report::cache_points::{write_picture, write_ply};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
 use crate::system::output::{OutputError, check_writable, is_device, write_atomically};
 
@@ -223,9 +224,9 @@ fn write_cache_points(files: &[PathBuf], job: &Job, outcome: &Outcome) -> Result
         return Ok(());
     };
     let points: Vec<_> = cache.points().collect();
-    let beauty = outcome.film.beauty();
-    crate::report::cache_points::write_picture(picture, &beauty, job.film.bounds, &job.camera, &points)?;
-    Ok(crate::report::cache_points::write_ply(ply, &points)?)
+    let (beauty, tracer) = (outcome.film.beauty(), &job.world.tracer);
+    write_picture(picture, &beauty, job.film.bounds, &job.camera, tracer, &points)?;
+    Ok(write_ply(ply, &points)?)
 }
 
 fn write_json(path: &Path, statistics: &Statistics) -> Result<(), RenderError> {

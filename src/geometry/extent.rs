@@ -25,7 +25,7 @@ impl Geometry {
     /// Bytes of the shapes' own data, without acceleration structures.
     pub fn memory(&self) -> usize {
         let shapes: usize = self.shapes.iter().map(|shape| shape.kind.memory()).sum();
-        shapes + size_of_val(&*self.shapes) + size_of_val(&*self.instances)
+        shapes + size_of_val(&*self.shapes) + size_of_val(&*self.instances) + size_of_val(&*self.instance_links)
     }
 }
 

@@ -67,6 +67,7 @@ pub fn instanced(shape: Shape, transform: MotionTransform) -> Geometry {
         top_level: Vec::new(),
         prototypes: vec![Prototype { shapes: vec![ShapeId(0)] }],
         instances: vec![Instance { prototype: 0, transform }],
+        ..Geometry::default()
     }
 }
 

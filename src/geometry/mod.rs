@@ -44,6 +44,20 @@ pub struct Geometry {
     pub prototypes: Vec<Prototype>,
     /// Their appearances.
     pub instances: Vec<Instance>,
+    /// Of the first instances: the [`Shape::links`] that each replaces, and by what. Empty where none does.
+    pub instance_links: Vec<[u32; 2]>,
+}
+
+impl Geometry {
+    /// [`Shape::links`] as they hold for a shape that is seen as part of `instance`.
+    #[inline]
+    pub fn links(&self, shape: ShapeId, instance: Option<InstanceId>) -> u32 {
+        let links = self.shapes[shape.0 as usize].links;
+        match instance.and_then(|instance| self.instance_links.get(instance.0 as usize)) {
+            Some(&[from, to]) if links == from => to,
+            _ => links,
+        }
+    }
 }
 
 /// A point on a surface with all that shading needs, in render space.

@@ -43,7 +43,7 @@ impl Vertex<'_> {
     /// The lights that light it.
     pub fn links(&self, world: &World) -> LinkSet {
         match self {
-            Self::Surface { point, .. } => LinkSet(world.geometry.shapes[point.shape.0 as usize].links),
+            Self::Surface { point, .. } => LinkSet(world.geometry.links(point.shape, point.instance)),
             Self::Medium(vertex) => vertex.links,
         }
     }

@@ -206,7 +206,7 @@ pub fn trace_path<const MEDIA: bool>(
         let pdf = if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi) } else { sample.pdf };
         path.weight.light = path.weight.unidirectional / pdf;
         sampled_from = (!sample.is_specular).then_some(point.p);
-        path.links = Some(LinkSet(shape.links));
+        path.links = Some(LinkSet(world.geometry.links(point.shape, point.instance)));
         if sample.is_transmission {
             eta_scale *= sample.eta * sample.eta;
         }

@@ -134,6 +134,7 @@ impl Job {
         let scene_spp = samples_per_pixel(scene, warnings)?;
         let scene_seed = scene.sampler.params.integer("seed", scene.options.integer("seed", 0)?)? as u32;
         warn_about_engine(scene, warnings)?;
+        settings.warn_ignored(warnings);
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
         let mut world = build::build_world(scene, settings, backend, &mut timings, warnings)?;
         for defaults in &scene.defaults {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use crate::cache_points::CacheSettings;
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
+use crate::scene::Warnings;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,7 +65,7 @@ pub struct RenderSettings {
     pub threads: Option<usize>,
     /// How a light is chosen.
     pub lights: LightSelection,
-    /// The PNG file that shows the cache points over the image; a PLY file of the same name is written beside it.
+    /// The PNG file that shows the cache points that the camera sees, over the image; all of them go to a PLY file of the same name.
     pub debug_cache_points: Option<PathBuf>,
     /// How cache points are made and used.
     pub cache: CacheSettings,
@@ -111,5 +112,32 @@ impl RenderSettings {
             PngOutput::Beside => output.with_extension("png"),
             PngOutput::File(path) => path.clone(),
         })
+    }
+
+    /// Warns of options that another selector of lights would need. Whoever states a default loses nothing, and is not warned.
+    pub fn warn_ignored(&self, warnings: &mut Warnings) {
+        let mut ignored = |option: &str, selector: &str| {
+            warnings.add(None, format!("{option} is ignored: only --lights {selector} uses it"));
+        };
+        if self.splitting.is_some() && self.lights != LightSelection::Tree {
+            ignored("--splitting", "tree");
+        }
+        // `auto` builds cache points where there are many lights.
+        if !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
+            let CacheSettings { gathering, visibility, normals, beams, candidates, entries } = self.cache;
+            let default = CacheSettings::default();
+            for (option, differs) in [
+                ("--cache-visibility", visibility != default.visibility),
+                ("--cache-gathering", gathering != default.gathering),
+                ("--cache-no-normals", normals != default.normals),
+                ("--cache-no-beams", beams != default.beams),
+                ("--cache-entries", entries != default.entries),
+                ("--cache-candidates", candidates != default.candidates),
+            ] {
+                if differs {
+                    ignored(option, "cache-points");
+                }
+            }
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! Cache points made visible: over the image, and as a PLY file for viewers; coloured by radius, from blue (small) to red (large).
+//! Cache points made visible: over the image, those that the camera sees, and all of them as a PLY file for viewers; coloured by radius,
+//! from blue (small) to red (large).
 
 use std::path::Path;
 
@@ -11,17 +12,20 @@ use ply_rs_bw::writer::Writer;
 use crate::film::PixelBounds;
 use crate::film::image::{Image, write_png};
 use crate::geometry::camera::Camera;
+use crate::geometry::{Ray, Tracer};
 use crate::system::output::{OutputError, write_atomically};
 
 /// Radius of a dot in pixels.
 const DOT: f32 = 1.3;
 /// What is left of the image under the dots.
 const DIMMED: f32 = 0.35;
+/// How much of the way to a point must be clear: one that lies on its surface must not be hidden by rounding.
+const CLEAR: f32 = 0.999;
 
 /// A cache point: where, in render space, and its radius.
 type Point = (Vec3, f32);
 
-/// Writes `beauty`, dimmed, with the points over it. Points that surfaces hide are drawn too.
+/// Writes `beauty`, dimmed, with the points over it that `camera` sees.
 ///
 /// # Errors
 /// Where the file cannot be written.
@@ -30,13 +34,14 @@ pub fn write_picture(
     beauty: &Image,
     bounds: PixelBounds,
     camera: &Camera,
+    tracer: &Tracer,
     points: &[Point],
 ) -> Result<(), OutputError> {
     let mut image = beauty.clone();
     image.pixels.iter_mut().for_each(|value| *value *= DIMMED);
     let scale = RadiusScale::of(points);
     let mut visible: Vec<(f32, Vec2, f32)> =
-        points.iter().filter_map(|&(p, radius)| camera.project(p).map(|pixel| (p.length(), pixel, radius))).collect();
+        points.iter().filter_map(|&(p, radius)| seen(camera, tracer, p).map(|(far, at)| (far, at, radius))).collect();
     // The nearest are drawn last.
     visible.sort_by(|a, b| b.0.total_cmp(&a.0));
     for (_, at, radius) in visible {
@@ -53,6 +58,16 @@ pub fn write_picture(
         }
     }
     write_png(path, &image, 0.0)
+}
+
+/// How far from the camera `p` is and where on the film, if surfaces leave the view free as the shutter opens. Media hide nothing.
+fn seen(camera: &Camera, tracer: &Tracer, p: Vec3) -> Option<(f32, Vec2)> {
+    let at = camera.project(p)?;
+    let Ray { origin, time, opacity_seed, .. } = camera.ray(at, [0.5; 2], 0.0);
+    let distance = p.distance(origin);
+    let direction = (p - origin) / distance;
+    let way = Ray { origin, direction, t_max: CLEAR * distance, time, opacity_seed };
+    (!tracer.occluded(&way)).then_some((distance, at))
 }
 
 /// Writes the points as vertices with a colour and a property `radius`. Coordinates are those of render space: the camera is at the origin.
@@ -110,6 +125,9 @@ impl RadiusScale {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::image::{Encoding, read_image};
+    use crate::render::{Job, RenderSettings, load};
+    use crate::scene::{Sources, Warnings};
 
     #[test]
     fn colours_run_from_blue_to_red() {
@@ -119,6 +137,36 @@ mod tests {
             [[0.0, 0.0, 10.0], [0.0, 10.0, 0.0], [10.0, 0.0, 0.0]]
         );
         assert!(RadiusScale::of(&[(Vec3::ZERO, 0.0)]).colour(0.0).iter().all(|c| c.is_finite()));
+    }
+
+    /// A wall at z = 2 over the left half of the image, and a ball around the point to the right that only bounds a medium.
+    #[test]
+    fn walls_hide_points_and_media_do_not() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("scene.pbrt");
+        let text = "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32 WorldBegin\n\
+            Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [0 -9 2  -9 -9 2  -9 9 2  0 9 2]\n\
+            MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" MediumInterface \"fog\" \"\" Material \"interface\"\n\
+            Translate 2 0 4 Shape \"sphere\"";
+        std::fs::write(&file, text).expect("a file");
+        let mut warnings = Warnings::default();
+        let (scene, timings) = load(&file, &mut Sources::default(), &mut warnings).expect("the scene is right");
+        let job = Job::prepare(&scene, &RenderSettings::default(), timings, &mut warnings).expect("it can be built");
+        let (camera, tracer) = (&job.camera, &job.world.tracer);
+        let before = camera.ray(Vec2::new(8.5, 20.5), [0.5; 2], 0.0);
+        let at = |z: f32| before.origin + before.direction * (z / before.direction.z);
+        let other = camera.ray(Vec2::new(24.5, 20.5), [0.5; 2], 0.0);
+        let in_fog = other.origin + other.direction * (4.0 / other.direction.z);
+        let drawn = |p: Vec3| {
+            let beauty = Image { width: 32, height: 32, channels: 3, pixels: vec![0.0; 32 * 32 * 3] };
+            let picture = folder.path().join("points.png");
+            write_picture(&picture, &beauty, job.film.bounds, camera, tracer, &[(p, 0.5)]).expect("it can be written");
+            let lit =
+                |x: usize| read_image(&picture, Encoding::Auto).expect("a picture").pixels[(20 * 32 + x) * 3 + 2] > 0.5;
+            [lit(8), lit(24)]
+        };
+        assert_eq!([at(1.0), at(2.0), at(2.1), at(5.0)].map(|p| drawn(p)[0]), [true, true, false, false]);
+        assert_eq!((drawn(in_fog), drawn(-in_fog)), ([false, true], [false; 2]));
     }
 
     #[test]

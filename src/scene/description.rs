@@ -99,6 +99,9 @@ pub struct MaterialEntity {
     pub entity: Entity,
 }
 
+/// The parameters of shapes and media that link lights.
+pub const LINKS: [&str; 3] = ["lights", "excludelights", "addlights"];
+
 /// An `ObjectBegin … ObjectEnd` definition.
 #[derive(Clone, Debug)]
 pub struct ObjectEntity {
@@ -110,6 +113,8 @@ pub struct ObjectEntity {
     pub shapes: Vec<ShapeEntity>,
     /// Instances of objects defined before it, which it holds (pbrt-v4 has no such thing).
     pub instances: Vec<InstanceEntity>,
+    /// What `Attribute "shape"` says of links to lights where it begins.
+    pub links: Option<Arc<ParamSet>>,
 }
 
 /// An `ObjectInstance` directive.
@@ -119,6 +124,8 @@ pub struct InstanceEntity {
     pub object: u32,
     /// Instance to world.
     pub transform: Animated,
+    /// What `Attribute "shape"` says of links to lights here.
+    pub links: Option<Arc<ParamSet>>,
     /// Where.
     pub span: Span,
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::LinkSet;
-use crate::scene::{ParamSet, SceneError, Span};
+use crate::scene::{LINKS, ParamSet, SceneError, Span};
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 
@@ -49,7 +49,7 @@ impl LinkRequests {
     /// # Errors
     /// Parameters of a wrong type.
     pub fn add(&mut self, params: &ParamSet) -> Result<LinkSet> {
-        let [only, excluded, added] = ["lights", "excludelights", "addlights"].map(|name| params.get(name));
+        let [only, excluded, added] = LINKS.map(|name| params.get(name));
         let spans = [only, excluded, added].map(|param| param.map_or(params.span, |param| param.span));
         let sorted = |name: &str| -> Result<Box<[String]>> {
             let mut names = params.strings(name)?.to_vec();

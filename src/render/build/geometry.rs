@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::{DAffine3, Vec3};
 
@@ -12,14 +13,14 @@ use crate::geometry::affine;
 use crate::geometry::build::{MAX_COORDINATE, ShapeBindings, build_shape};
 use crate::geometry::extent::union;
 use crate::geometry::{Geometry, Instance, MotionTransform, Prototype, ShapeId};
-use crate::light::LightId;
 use crate::light::linking::LinkRequests;
+use crate::light::{LightId, LinkSet};
 use crate::material::{MaterialId, Materials};
 use crate::math::transform::{Animated, Decomposed, RenderSpace};
 use crate::medium::Medium;
 use crate::render::RenderError;
 use crate::scene::{
-    InstanceEntity, SceneDescription, SceneError, SceneErrorKind, ShapeEntity, Span, TextureOr, Warnings,
+    InstanceEntity, ParamSet, SceneDescription, SceneError, SceneErrorKind, ShapeEntity, Span, TextureOr, Warnings,
 };
 use crate::system::memory::available;
 
@@ -28,6 +29,17 @@ struct ObjectPart {
     prototype: u32,
     /// Part to object.
     transform: Animated,
+    /// [`Geometry::instance_links`].
+    links: [u32; 2],
+}
+
+impl ObjectPart {
+    /// The part in an object's `instance`: what its shapes have from outside the object (`outer`), they have from there now (`links`).
+    fn within(&self, instance: &InstanceEntity, outer: u32, links: u32) -> Self {
+        let [from, to] = self.links;
+        let transform = self.transform.after(&instance.transform);
+        Self { prototype: self.prototype, transform, links: [from, if to == outer { links } else { to }] }
+    }
 }
 
 /// Parts that one object may come to: objects that hold each other twice double them at every level.
@@ -84,7 +96,7 @@ impl<'a> GeometryBuilder<'a> {
             if entity.transform.is_animated() {
                 let shapes = self.shapes(entity, &DAffine3::IDENTITY, true)?;
                 let prototype = self.prototype(shapes);
-                self.place(prototype, &entity.transform, entity.entity.span())?;
+                self.place(prototype, &entity.transform, [0; 2], entity.entity.span())?;
             } else {
                 let shapes = self.shapes(entity, &self.space.from_world(&entity.transform.start), true)?;
                 self.out.top_level.extend(shapes);
@@ -97,8 +109,10 @@ impl<'a> GeometryBuilder<'a> {
                                moves with it";
                 self.warnings.add(Some(instance.span), message);
             }
+            let (outer, links) = self.links_around(instance)?;
             for part in parts.iter() {
-                self.place(part.prototype, &part.transform.after(&instance.transform), instance.span)?;
+                let part = part.within(instance, outer, links);
+                self.place(part.prototype, &part.transform, part.links, instance.span)?;
             }
         }
         self.check_local_rays()
@@ -142,11 +156,13 @@ impl<'a> GeometryBuilder<'a> {
         let scene = self.scene;
         let pivot = if in_motion { self.space.origin } else { glam::DVec3::ZERO };
         let from_object = DAffine3::from_translation(-pivot);
+        let outer = self.stated(&scene.objects[object].links)?;
+        let links = [outer; 2];
         let (mut parts, mut still) = (vec![], vec![]);
         for entity in &scene.objects[object].shapes {
             if entity.transform.is_animated() {
                 let shapes = self.shapes(entity, &DAffine3::IDENTITY, false)?;
-                parts.push(ObjectPart { prototype: self.prototype(shapes), transform: entity.transform });
+                parts.push(ObjectPart { prototype: self.prototype(shapes), transform: entity.transform, links });
             } else {
                 let to_prototype = from_object * DAffine3::from_mat4(entity.transform.start);
                 still.extend(self.shapes(entity, &to_prototype, false)?);
@@ -154,7 +170,7 @@ impl<'a> GeometryBuilder<'a> {
         }
         if !still.is_empty() {
             let transform = Animated::fixed(glam::DMat4::from_translation(pivot));
-            parts.push(ObjectPart { prototype: self.prototype(still), transform });
+            parts.push(ObjectPart { prototype: self.prototype(still), transform, links });
         }
         for inner in &scene.objects[object].instances {
             let held = self.parts_of(inner.object as usize, in_motion || inner.transform.is_animated(), inner.span)?;
@@ -163,14 +179,22 @@ impl<'a> GeometryBuilder<'a> {
                     format!("one object comes to more than {MOST_PARTS} parts, those of objects within it included");
                 return Err(SceneError::at(span, SceneErrorKind::Limit(what)).into());
             }
-            parts.extend(held.iter().map(|part| ObjectPart {
-                prototype: part.prototype,
-                transform: part.transform.after(&inner.transform),
-            }));
+            let (outer, links) = self.links_around(inner)?;
+            parts.extend(held.iter().map(|part| part.within(inner, outer, links)));
         }
         let parts: Rc<[ObjectPart]> = parts.into();
         self.parts.insert((object, in_motion), parts.clone());
         Ok(parts)
+    }
+
+    /// The links that `Attribute` states around the definition of an instance's object, and those that the instance puts in their place.
+    fn links_around(&mut self, instance: &InstanceEntity) -> Result<(u32, u32), RenderError> {
+        let outer = &self.scene.objects[instance.object as usize].links;
+        Ok((self.stated(outer)?, self.stated(if instance.links.is_some() { &instance.links } else { outer })?))
+    }
+
+    fn stated(&mut self, links: &Option<Arc<ParamSet>>) -> Result<u32, RenderError> {
+        Ok(links.as_ref().map_or(Ok(LinkSet::ORDINARY), |params| self.links.add(params))?.0)
     }
 
     /// Whether some shape of the parts is the boundary of a medium given by grids.
@@ -190,7 +214,7 @@ impl<'a> GeometryBuilder<'a> {
     }
 
     /// Adds an instance, unless there is nothing of it to see.
-    fn place(&mut self, prototype: u32, transform: &Animated, span: Span) -> Result<(), RenderError> {
+    fn place(&mut self, prototype: u32, transform: &Animated, links: [u32; 2], span: Span) -> Result<(), RenderError> {
         let Some((low, high)) = self.boxes[prototype as usize] else { return Ok(()) };
         let start = self.space.from_world(&transform.start);
         let transform = if transform.is_animated() {
@@ -231,6 +255,10 @@ impl<'a> GeometryBuilder<'a> {
         if count == capacity && count > MANY_INSTANCES && available().is_some_and(|left| left < needed) {
             let what = format!("{count} instances fill the memory");
             return Err(SceneError::at(span, SceneErrorKind::Limit(what)).into());
+        }
+        if links[0] != links[1] {
+            self.out.instance_links.resize(count, [0; 2]);
+            self.out.instance_links.push(links);
         }
         self.out.instances.push(Instance { prototype, transform });
         self.spans.push(span);

@@ -7,7 +7,7 @@ use glam::{DMat4, DVec3};
 
 use crate::math::spectrum::RgbColorSpace;
 use crate::math::transform::Animated;
-use crate::scene::{MediumInterface, Param};
+use crate::scene::{MediumInterface, Param, ParamSet};
 
 /// The two current transformation matrices (at start and end of the interval) and which of them directives change.
 #[derive(Clone, Copy, Debug)]
@@ -102,6 +102,8 @@ pub struct GraphicsState {
     pub color_space: &'static RgbColorSpace,
     /// `Attribute`'s parameters, in the order of [`ATTRIBUTE_TARGETS`].
     pub defaults: [Rc<Vec<Arc<Param>>>; 5],
+    /// Those for shapes that link lights, if there are any.
+    pub links: Option<Arc<ParamSet>>,
 }
 
 impl Default for GraphicsState {
@@ -114,6 +116,7 @@ impl Default for GraphicsState {
             medium_interface: None,
             color_space: RgbColorSpace::srgb(),
             defaults: Default::default(),
+            links: None,
         }
     }
 }

@@ -73,6 +73,7 @@ fn everything() -> Arc<Geometry> {
             Instance { prototype: 0, transform: MotionTransform::Fixed(still) },
             Instance { prototype: 0, transform: MotionTransform::Moving { start: key(0.0, 0.2), end: key(2.0, 0.8) } },
         ],
+        ..Geometry::default()
     })
 }
 

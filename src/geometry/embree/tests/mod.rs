@@ -93,7 +93,13 @@ pub(super) fn top_level(shapes: Vec<Shape>) -> Arc<Geometry> {
 pub(super) fn instanced(shapes: Vec<Shape>, transforms: Vec<MotionTransform>) -> Arc<Geometry> {
     let ids = (0..shapes.len() as u32).map(ShapeId).collect();
     let instances = transforms.into_iter().map(|transform| Instance { prototype: 0, transform }).collect();
-    Arc::new(Geometry { shapes, top_level: Vec::new(), prototypes: vec![Prototype { shapes: ids }], instances })
+    Arc::new(Geometry {
+        shapes,
+        top_level: Vec::new(),
+        prototypes: vec![Prototype { shapes: ids }],
+        instances,
+        ..Geometry::default()
+    })
 }
 
 pub(super) fn build(geometry: &Arc<Geometry>) -> EmbreeTracer {

@@ -153,6 +153,7 @@ fn hits_name_shape_instance_primitive_and_weights() {
         top_level: vec![ShapeId(3)],
         prototypes: vec![Prototype { shapes: vec![] }, Prototype { shapes: vec![ShapeId(0), ShapeId(1)] }],
         instances: vec![],
+        ..Geometry::default()
     };
     geometry.shapes[0].is_boundary = true;
     for (prototype, x) in [(0, 0.0), (1, 10.0), (1, 20.0)] {

@@ -65,7 +65,13 @@ impl Builder<'_, '_> {
             return redefined(at, "object", &name);
         }
         self.push(Opened::Object, span)?;
-        self.object = Some(ObjectEntity { name, span, shapes: Vec::new(), instances: Vec::new() });
+        self.object = Some(ObjectEntity {
+            name,
+            span,
+            shapes: Vec::new(),
+            instances: Vec::new(),
+            links: self.state.links.clone(),
+        });
         self.object_depth = 0;
         Ok(())
     }
@@ -89,7 +95,8 @@ impl Builder<'_, '_> {
             return Err(if known.is_empty() { error } else { error.help(did_you_mean(&name, &known)) });
         };
         room_for_more(&self.scene.instances, self.scene.instances.capacity(), 0, span)?;
-        let instance = InstanceEntity { object, transform: self.state.ctm.animated(), span };
+        let instance =
+            InstanceEntity { object, transform: self.state.ctm.animated(), links: self.state.links.clone(), span };
         let Some(outer) = &mut self.object else {
             self.scene.instances.push(instance);
             return Ok(());

@@ -8,7 +8,7 @@ use crate::scene::pbrt::directive::did_you_mean;
 use crate::scene::pbrt::lexer::TokenKind;
 use crate::scene::pbrt::parameter::{self, Context};
 use crate::scene::pbrt::state::ATTRIBUTE_TARGETS;
-use crate::scene::{Param, ParamSet, SceneError, SceneErrorKind};
+use crate::scene::{LINKS, Param, ParamSet, SceneError, SceneErrorKind};
 
 /// The most defaults that `Attribute` may pile up per target.
 const MOST_DEFAULTS: usize = 64;
@@ -30,6 +30,11 @@ impl Builder<'_, '_> {
                 Some(earlier) => *earlier = param,
                 None => defaults.push(param),
             }
+        }
+        let is_link = |param: &&Arc<Param>| LINKS.contains(&param.name.as_str());
+        if target == "shape" && defaults.iter().any(|param| is_link(&param)) {
+            let links = defaults.iter().filter(is_link).cloned().collect();
+            self.state.links = Some(Arc::new(ParamSet::of_defaults("Attribute \"shape\"", at, links)));
         }
         if defaults.len() > MOST_DEFAULTS {
             let what =
