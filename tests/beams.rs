@@ -151,7 +151,8 @@ fn beams_have_no_gaps_and_flicker_no_more_than_noise() {
     assert!(stretches.len() >= 25 && seen >= 9, "too noisy to see a gap in the beams");
 
     // The light of samples is not negative, so that a mean falls short of what it should be by t with probability exp(−t² / 2v) at most, v
-    // being its variance (Maurer 2003, "A bound on the deviation probability for sums of non-negative random variables").
+    // being its variance (Maurer 2003, "A bound on the deviation probability for sums of non-negative random variables"). To v it adds the
+    // squares of the samples' means, which are less than a hundredth of it.
     let comparisons = (stretches.len() * frames.len()) as f64;
     let allowed = (2.0 * (comparisons / RATE).ln()).sqrt();
     let short = |s: &Stretch| (s.mean() - s.means.iter().copied().fold(f64::INFINITY, f64::min)) / s.variance.sqrt();
