@@ -12,6 +12,7 @@ use super::ratio::Ratio;
 use super::reference::{About, Reference};
 use super::run::{Cost, Task, render, write_scene};
 use super::settings::Settings;
+use super::trim;
 use super::variants::{self, COLUMNS, DEFAULTS, OPTIMAL, Variant};
 
 #[derive(Serialize)]
@@ -90,10 +91,11 @@ pub fn measure(folder: &Path, name: &str, lights: u64, settings: &Settings) -> S
     let mut ways: Vec<Way> = wanted(name, settings)
         .into_iter()
         .map(|variant| {
-            let spp = if variant == OPTIMAL { settings.optimal_spp } else { settings.spp };
+            let spp = if variant == OPTIMAL { settings.optimal_spp(lights) } else { settings.spp };
             Way { variant, spp, runs: vec![] }
         })
         .collect();
+    let mut squares = vec![vec![]; ways.len()];
     let scratch = tempfile::tempdir().expect("a temporary folder");
     let output = scratch.path().join("render.exr");
     for (turn, seed) in settings.seeds().enumerate() {
@@ -102,7 +104,8 @@ pub fn measure(folder: &Path, name: &str, lights: u64, settings: &Settings) -> S
             let Way { variant, spp, runs } = &mut ways[index];
             let (arguments, size) = (variant.arguments, settings.size.as_str());
             let cost = render(&Task { scene: &file, arguments, size, spp: *spp, seed, output: &output });
-            let errors = Errors::of(&Picture::read(&output), reference.halves.each_ref());
+            let (errors, of_pixels) = Errors::of(&Picture::read(&output), reference.halves.each_ref());
+            squares[index].push(of_pixels);
             let factor = f64::from(settings.spp) / f64::from(*spp);
             runs.push(Run { seed, cost: cost.scaled(factor), errors: errors.scaled(factor) });
             print!(".");
@@ -110,5 +113,12 @@ pub fn measure(folder: &Path, name: &str, lights: u64, settings: &Settings) -> S
         }
     }
     println!();
+    let kept = trim::kept(&squares);
+    for (way, squares) in ways.iter_mut().zip(&squares) {
+        let factor = f64::from(settings.spp) / f64::from(way.spp);
+        for (run, squares) in way.runs.iter_mut().zip(squares) {
+            run.errors.rmse_trimmed = (trim::mean_of(&kept, squares) / factor).sqrt();
+        }
+    }
     SceneResult { scene: name.to_owned(), lights, file, reference: reference.about, ways }
 }

@@ -1,8 +1,8 @@
 //! How far an image is from the truth.
 //!
 //! The truth is known from two independent halves b₁ and b₂ of a reference. For an unbiased image a, (a − b₁)(a − b₂) is on average
-//! (a − truth)²: unlike (a − b)² it does not count the reference's own noise. That goes into the RMSE; the other two measures, which rare
-//! bright pixels do not rule, compare with the mean of the halves as it is. How light is selected has no part in how lamps in plain sight
+//! (a − truth)²: unlike (a − b)² it does not count the reference's own noise. That goes into the RMSE, whole
+//! and trimmed; the relative error compares with the mean of the halves as it is. How light is selected has no part in how lamps in plain sight
 //! are antialiased, so errors are those of the light that was gathered: the beauty without the layer `emission`.
 
 use std::path::Path;
@@ -11,12 +11,10 @@ use lanternfish::film::exr::read_exr_layers;
 use serde::Serialize;
 
 use super::run::fail;
+use super::trim::Squares;
 
 /// In the relative error: this share of the mean's square is added to a pixel's.
 const EPSILON: f64 = 1e-3;
-
-/// The share of pixels that the trimmed error leaves out: those with the greatest errors.
-const TRIMMED: f64 = 0.01;
 
 /// An image: values of all pixels and channels, pixel by pixel.
 pub struct Picture {
@@ -47,15 +45,15 @@ pub struct Errors {
     pub rmse: f64,
     /// The same of the whole beauty, with lamps in plain sight.
     pub rmse_of_beauty: f64,
-    /// `rmse` without the worst hundredth of the pixels.
+    /// `rmse` without a few pixels, the same for all images of a scene (`trim`).
     pub rmse_trimmed: f64,
     /// Mean of (a − b)² / (b² + ε), with ε = 0.001 (mean of b)².
     pub relative_mse: f64,
 }
 
 impl Errors {
-    /// Of `image`, by both halves of a reference.
-    pub fn of(image: &Picture, [first, second]: [&Picture; 2]) -> Self {
+    /// Of `image`, by both halves of a reference; and its pixels' part in the RMSE. Nothing is trimmed yet.
+    pub fn of(image: &Picture, [first, second]: [&Picture; 2]) -> (Self, Squares) {
         let squares = |part: fn(&Picture) -> &[f64]| -> Vec<f64> {
             let halves = part(first).iter().zip(part(second));
             part(image).iter().zip(halves).map(|(a, (b, c))| (a - b) * (a - c)).collect()
@@ -63,18 +61,17 @@ impl Errors {
         // Of a reference that is too noisy, nothing is known.
         let root = |values: &[f64]| mean(values).sqrt();
         let truth: Vec<f64> = first.gathered.iter().zip(&second.gathered).map(|(b, c)| 0.5 * (b + c)).collect();
-        let plain: Vec<f64> = image.gathered.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).collect();
         let epsilon = EPSILON * mean(&truth).powi(2);
-        let relative: Vec<f64> = plain.iter().zip(&truth).map(|(e, b)| e / (b * b + epsilon)).collect();
-        let mut pixels: Vec<f64> = plain.chunks(3).map(mean).collect();
-        pixels.sort_by(f64::total_cmp);
-        pixels.truncate(((1.0 - TRIMMED) * pixels.len() as f64).ceil() as usize);
-        Self {
-            rmse: root(&squares(|picture| &picture.gathered)),
+        let relative = |(a, b): (&f64, &f64)| (a - b).powi(2) / (b * b + epsilon);
+        let relative: Vec<f64> = image.gathered.iter().zip(&truth).map(relative).collect();
+        let gathered = squares(|picture| &picture.gathered);
+        let errors = Self {
+            rmse: root(&gathered),
             rmse_of_beauty: root(&squares(|picture| &picture.beauty)),
-            rmse_trimmed: root(&pixels),
+            rmse_trimmed: root(&gathered),
             relative_mse: mean(&relative),
-        }
+        };
+        (errors, gathered.chunks(3).map(mean).collect())
     }
 
     /// What a reference's own RMSE is: half of what its halves differ by.
@@ -95,6 +92,6 @@ impl Errors {
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }

@@ -4,15 +4,18 @@ use super::common::{argument, flag, text_argument};
 
 /// The scenes and the numbers of lights that they get unless told otherwise: few, so that all takes minutes.
 const SCENES: [(&str, u64); 6] =
-    [("pier", 20_000), ("foliage", 3_000), ("house", 4_406), ("rooms", 2_000), ("beams", 24), ("lamp", 1)];
+    [("pier", 200_000), ("foliage", 3_000), ("house", 4_406), ("rooms", 2_000), ("beams", 24), ("lamp", 1)];
+
+/// More lights than this are too many to ask each at every sample.
+const MANY: u64 = 100_000;
 
 pub struct Settings {
     /// Scenes and their numbers of lights.
     pub scenes: Vec<(String, u64)>,
     pub size: String,
     pub spp: u32,
-    /// Samples a pixel of [`super::variants::OPTIMAL`]: fewer than `spp` where it takes too long.
-    pub optimal_spp: u32,
+    /// Samples a pixel of [`super::variants::OPTIMAL`], where they were asked for.
+    optimal_spp: Option<u32>,
     /// Samples a pixel of both halves of a reference.
     pub reference_spp: u32,
     pub first_seed: u64,
@@ -51,7 +54,8 @@ impl Settings {
             scenes,
             size: text_argument("size").unwrap_or_else(|| "160x90".to_owned()),
             spp,
-            optimal_spp: argument("optimal-spp", spp.into()).clamp(1, spp.into()) as u32,
+            optimal_spp: text_argument("optimal-spp")
+                .map(|_| argument("optimal-spp", spp.into()).clamp(1, spp.into()) as u32),
             reference_spp: argument("reference-spp", 16 * u64::from(spp)).max(2) as u32,
             first_seed: argument("first-seed", 1),
             seeds: argument("seeds", 3).max(1),
@@ -61,6 +65,12 @@ impl Settings {
             ablations: !flag("no-ablations"),
             many: flag("many").then(|| [argument("few-lights", 5_000), argument("many-lights", 5_000_000)]),
         }
+    }
+
+    /// Samples a pixel of [`super::variants::OPTIMAL`] under so many lights: fewer than `spp` where it takes too long.
+    pub fn optimal_spp(&self, lights: u64) -> u32 {
+        let usual = if lights > MANY { (self.spp / 4).max(1) } else { self.spp };
+        self.optimal_spp.unwrap_or(usual)
     }
 
     /// The seeds of the renders; those of references are elsewhere.

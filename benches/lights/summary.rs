@@ -29,10 +29,7 @@ pub fn tables(result: &SceneResult, settings: &Settings) -> Vec<Table> {
         ));
         let scaled = columns.iter().filter(|way| way.spp != settings.spp);
         costs.notes.extend(scaled.map(|way| {
-            format!(
-                "{}: measured at {} samples a pixel, scaled as if independent; few flatter trimmed errors",
-                way.variant.name, way.spp
-            )
+            format!("{}: measured at {} samples a pixel, scaled as if independent", way.variant.name, way.spp)
         }));
         tables.push(costs);
         tables.push(ratios(format!("{scene}: how many times the defaults' figure"), &columns, result));
@@ -58,7 +55,7 @@ fn costs(title: String, ways: &[&Way]) -> Table {
         ("MiB", |run| run.cost.peak_memory / MEBIBYTE),
         ("RMSE", |run| run.errors.rmse),
         ("RMSE of beauty", |run| run.errors.rmse_of_beauty),
-        ("RMSE, best 99 %", |run| run.errors.rmse_trimmed),
+        ("RMSE, best 99.9 %", |run| run.errors.rmse_trimmed),
         ("relative MSE", |run| run.errors.relative_mse),
         ("TTUV", super::compare::Run::ttuv),
         ("relative TTUV", super::compare::Run::relative_ttuv),
@@ -87,7 +84,7 @@ fn ratios(title: String, ways: &[&Way], result: &SceneResult) -> Table {
     let quantities: [(&str, Quantity); 5] = [
         ("TTUV", super::compare::Run::ttuv),
         ("relative TTUV", super::compare::Run::relative_ttuv),
-        ("TTUV, best 99 %", super::compare::Run::trimmed_ttuv),
+        ("TTUV, best 99.9 %", super::compare::Run::trimmed_ttuv),
         ("RMSE", |run| run.errors.rmse),
         ("CPU s", |run| run.cost.cpu_seconds),
     ];
@@ -97,6 +94,7 @@ fn ratios(title: String, ways: &[&Way], result: &SceneResult) -> Table {
     table
         .notes
         .push("95 % confidence intervals, paired by seed, in parentheses; above 1 the defaults are better".to_owned());
+    table.notes.push("best 99.9 %: without the worst pixels, the same ones for every selection and seed".to_owned());
     let over = |way: &Way, other: Option<&Way>, quantity: Quantity| {
         other.map_or("–".to_owned(), |other| way.ratio(other, quantity).show())
     };

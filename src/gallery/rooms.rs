@@ -181,7 +181,7 @@ fn office_room(t: &mut SceneText, dice: &mut Dice, lamps: u32) {
                 let (x, z, _) = spots[(lamp / 4 % 4) as usize];
                 let p =
                     Vec3::new(x + dice.between(-0.6, 0.6), 1.0 + dice.between(0.0, 0.25), z + dice.between(-0.2, 0.2));
-                Glow::Kelvin(2900.0).bulb(t, p, 0.05, 14.0);
+                Glow::Kelvin(2900.0).bulb(t, p, 0.08, 5.5);
             }
         }
     }
@@ -216,9 +216,9 @@ fn living_room(t: &mut SceneText, dice: &mut Dice, lamps: u32) {
             // A string along the back wall.
             _ => {
                 let s = (lamp - 3) as f32 / (lamps - 3).max(2) as f32 + 0.1;
-                small.push(Vec3::new(-1.9 + 3.8 * s, 2.35 - 0.25 * (3.0 * std::f32::consts::PI * s).sin().abs(), 3.88));
+                small.push(Vec3::new(-1.9 + 3.8 * s, 2.35 - 0.25 * (3.0 * std::f32::consts::PI * s).sin().abs(), 3.75));
             }
         }
     }
-    Glow::Kelvin(2000.0).bulbs(t, &small, 0.025, 40.0);
+    Glow::Kelvin(2000.0).bulbs(t, &small, 0.045, 12.5);
 }

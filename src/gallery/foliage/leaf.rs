@@ -67,20 +67,52 @@ pub fn write_textures(colours: &Path, mask: &Path) -> Result<(), GalleryError> {
     Ok(write_png(mask, &Image { width: SIZE, height: SIZE, channels: 1, pixels: cut }, 0.0)?)
 }
 
-/// Bunches `leaves0` to `leaves2`: cards within half a metre or so of the origin, their twigs pointing outwards.
-pub fn define(t: &mut SceneText, dice: &mut Dice) {
-    for kind in 0..3 {
+/// A square that shows the twig.
+pub struct Card {
+    middle: Vec3,
+    up: Vec3,
+    across: Vec3,
+    /// Half its side.
+    half: f32,
+}
+
+impl Card {
+    fn throw(dice: &mut Dice) -> Self {
+        let middle = loop {
+            let p = dice.within(Vec3::splat(-1.0), Vec3::splat(1.0));
+            if p.length_squared() < 1.0 {
+                break 0.52 * p * Vec3::new(1.0, 0.75, 1.0);
+            }
+        };
+        let up = (middle + 0.3 * dice.within(Vec3::splat(-1.0), Vec3::splat(1.0))).normalize_or(Vec3::Y);
+        let across = Quat::from_axis_angle(up, dice.between(0.0, TAU)) * up.any_orthonormal_vector();
+        Self { middle, up, across, half: dice.between(0.12, 0.19) }
+    }
+
+    /// How far a point is from it.
+    pub fn distance(&self, p: Vec3) -> f32 {
+        let q = p - self.middle;
+        let on = [self.up, self.across].map(|side| q.dot(side).clamp(-self.half, self.half) * side);
+        q.distance(on[0] + on[1])
+    }
+}
+
+/// Leaves at the end of a branch: cards within [`REACH`] of the origin, their twigs pointing outwards.
+pub type Bunch = Vec<Card>;
+
+/// How far cards reach from the middle of a bunch.
+pub const REACH: f32 = 0.8;
+
+/// The three kinds of bunches.
+pub fn bunches(dice: &mut Dice) -> [Bunch; 3] {
+    [(); 3].map(|()| (0..CARDS).map(|_| Card::throw(dice)).collect())
+}
+
+/// Bunches as the objects `leaves0` to `leaves2`.
+pub fn define(t: &mut SceneText, bunches: &[Bunch]) {
+    for (kind, bunch) in bunches.iter().enumerate() {
         let mut mesh = Mesh::default();
-        for _ in 0..CARDS {
-            let middle = loop {
-                let p = dice.within(Vec3::splat(-1.0), Vec3::splat(1.0));
-                if p.length_squared() < 1.0 {
-                    break 0.52 * p * Vec3::new(1.0, 0.75, 1.0);
-                }
-            };
-            let up = (middle + 0.3 * dice.within(Vec3::splat(-1.0), Vec3::splat(1.0))).normalize_or(Vec3::Y);
-            let across = Quat::from_axis_angle(up, dice.between(0.0, TAU)) * up.any_orthonormal_vector();
-            let half = dice.between(0.12, 0.19);
+        for &Card { middle, up, across, half } in bunch {
             let first = mesh.positions.len() as u32;
             let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
             mesh.positions.extend(corners.map(|(s, v)| middle + half * (s * across + v * up)));

@@ -10,6 +10,7 @@ use std::path::Path;
 use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use glam::{Affine3A, FloatExt, Vec2, Vec3};
 
+use self::leaf::Bunch;
 use self::tree::Tree;
 use super::glow::Glow;
 use super::mesh::Mesh;
@@ -53,9 +54,10 @@ fn text(lights: u32) -> SceneText {
     let count = (lights / BULBS).clamp(3, 90);
     let small = lights < BULBS;
     let trees: Vec<Tree> = (0..KINDS).map(|_| Tree::grow(&mut dice, if small { 2 } else { 3 })).collect();
-    leaf::define(&mut t, &mut dice);
+    let bunches = leaf::bunches(&mut dice);
+    leaf::define(&mut t, &bunches);
     for (kind, tree) in trees.iter().enumerate() {
-        tree.define(&mut t, &mut dice, &format!("tree{kind}"));
+        tree.define(&mut t, &format!("tree{kind}"));
     }
     t.add(format_args!("\n# The ground"));
     t.of("grass", |t| t.mesh(&ground.mesh()));
@@ -75,7 +77,7 @@ fn text(lights: u32) -> SceneText {
     // One light is the sky.
     let lanterns = (lights / 400).clamp(2, 24);
     along_the_path(&mut t, &mut dice, &ground, lanterns);
-    bulbs(&mut t, &mut dice, &trees, &places, lights - 1 - lanterns);
+    bulbs(&mut t, &mut dice, (&trees, &bunches), &places, lights - 1 - lanterns);
     t
 }
 
@@ -201,19 +203,23 @@ fn along_the_path(t: &mut SceneText, dice: &mut Dice, ground: &Ground, count: u3
         let p = Vec3::new(x, ground.height(x, z), z);
         t.of("metal", |t| {
             t.add(format_args!("Translate {}", Point(p)));
-            t.mesh(&Mesh::pole(0.025, -0.2, 0.72));
-            let lid = [(0.13, 0.93), (0.02, 1.02)].map(|(r, y)| Vec2::new(r, y));
+            t.mesh(&Mesh::pole(0.025, -0.2, 0.69));
+            let lid = [(0.15, 1.03), (0.02, 1.12)].map(|(r, y)| Vec2::new(r, y));
             t.mesh(&Mesh::revolved(&lid, 8));
         });
-        Glow::Kelvin(dice.pick(&[2000.0, 2200.0])).bulb(t, p + Vec3::Y * 0.83, 0.09, 9.0);
+        Glow::Kelvin(dice.pick(&[2000.0, 2200.0])).bulb(t, p + Vec3::Y * 0.83, 0.11, 6.0);
     }
 }
 
-/// Bulbs in the crowns, of one colour a tree.
-fn bulbs(t: &mut SceneText, dice: &mut Dice, trees: &[Tree], places: &[Place], count: u32) {
+/// Bulbs in the crowns, of one colour a tree: frosted globes that hang clear of bark and leaves.
+fn bulbs(t: &mut SceneText, dice: &mut Dice, (trees, bunches): (&[Tree], &[Bunch]), places: &[Place], count: u32) {
     t.add(format_args!("\n# Bulbs in the trees"));
     let few = (300.0 * places.len() as f32 / count.max(1) as f32).clamp(1.0, 60.0).sqrt();
     let many = (BULBS as f32 * places.len() as f32 / count.max(1) as f32).min(1.0);
+    // The fewer, the larger; as bright together as globes of 27 mm and a radiance of 10.
+    let radius = (0.027 * few).min(0.12);
+    let radiance = 0.0073 * many * few * few / (radius * radius);
+    let clear = radius + 0.05;
     let mut seen = 0;
     for (i, place) in places.iter().enumerate() {
         let bulbs = share(count, places.len() as u32, i as u32);
@@ -221,7 +227,9 @@ fn bulbs(t: &mut SceneText, dice: &mut Dice, trees: &[Tree], places: &[Place], c
             * Affine3A::from_rotation_y(place.degrees.to_radians())
             * Affine3A::from_scale(Vec3::splat(place.size));
         let tree = &trees[place.kind];
-        let list: Vec<Vec3> = (0..bulbs).map(|_| to_world.transform_point3(tree.place_of_bulb(dice))).collect();
+        let list: Vec<Vec3> = (0..bulbs)
+            .map(|_| to_world.transform_point3(tree.place_of_bulb(dice, bunches, clear / place.size)))
+            .collect();
         let glow = dice.pick(&[
             Glow::Kelvin(2000.0),
             Glow::Kelvin(2200.0),
@@ -231,7 +239,6 @@ fn bulbs(t: &mut SceneText, dice: &mut Dice, trees: &[Tree], places: &[Place], c
             Glow::Paper([0.5, 1.2, 1.1]),
             Glow::Paper([1.5, 0.55, 1.0]),
         ]);
-        let (radius, radiance) = (0.013 * few, 70.0 * many);
         seen += bulbs;
         if seen <= SPHERES {
             glow.bulbs(t, &list, radius, radiance);

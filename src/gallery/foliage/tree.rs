@@ -6,6 +6,7 @@ use glam::{Quat, Vec3};
 
 use super::super::mesh::Mesh;
 use super::super::text::{Dice, Number, Point, SceneText};
+use super::leaf::{Bunch, REACH};
 
 /// A piece of trunk or branch: from, to, and its thickness at both ends.
 struct Branch {
@@ -13,11 +14,18 @@ struct Branch {
     radii: [f32; 2],
 }
 
+/// A bunch of leaves on the tree.
+struct Tip {
+    at: Vec3,
+    kind: usize,
+    degrees: f32,
+    size: f32,
+}
+
 /// A kind of tree.
 pub struct Tree {
     branches: Vec<Branch>,
-    /// Where its bunches of leaves are.
-    tips: Vec<Vec3>,
+    tips: Vec<Tip>,
 }
 
 impl Tree {
@@ -39,7 +47,10 @@ impl Tree {
         self.branches.push(Branch { ends: [from, middle], radii: [radius, 0.85 * radius] });
         self.branches.push(Branch { ends: [middle, to], radii: [0.85 * radius, 0.7 * radius] });
         if forks == 0 {
-            self.tips.extend([to, middle + dice.within(Vec3::splat(-0.25), Vec3::splat(0.25))]);
+            for at in [to, middle + dice.within(Vec3::splat(-0.25), Vec3::splat(0.25))] {
+                let (kind, degrees, size) = (dice.below(3), dice.between(0.0, 360.0), dice.between(0.85, 1.25));
+                self.tips.push(Tip { at, kind, degrees, size });
+            }
             return;
         }
         let arms = if forks > 2 { 4 } else { 3 };
@@ -54,7 +65,7 @@ impl Tree {
     }
 
     /// Writes the tree as the object `name`.
-    pub fn define(&self, t: &mut SceneText, dice: &mut Dice, name: &str) {
+    pub fn define(&self, t: &mut SceneText, name: &str) {
         t.object(name, |t| {
             t.add(format_args!("NamedMaterial \"bark\""));
             let mut wood = Mesh::default();
@@ -62,21 +73,45 @@ impl Tree {
                 branch.add_to(&mut wood);
             }
             t.mesh(&wood);
-            for &tip in &self.tips {
-                let kind = dice.pick(&[0, 1, 2]);
-                let (turn, size) = (Number(dice.between(0.0, 360.0)), Number(dice.between(0.85, 1.25)));
+            for &Tip { at, kind, degrees, size } in &self.tips {
+                let (at, turn, size) = (Point(at), Number(degrees), Number(size));
                 t.block(|t| {
                     t.add(format_args!(
-                        "Translate {} Rotate {turn} 0 1 0 Scale {size} {size} {size} ObjectInstance \"leaves{kind}\"",
-                        Point(tip)
+                        "Translate {at} Rotate {turn} 0 1 0 Scale {size} {size} {size} ObjectInstance \"leaves{kind}\""
                     ));
                 });
             }
         });
     }
 
+    /// A place for a bulb, its middle at least `clear` from wood and leaves if such a place is soon found, else the freest of many.
+    pub fn place_of_bulb(&self, dice: &mut Dice, bunches: &[Bunch], clear: f32) -> Vec3 {
+        let mut best = (0.0, Vec3::ZERO);
+        for _ in 0..24 {
+            let p = self.throw_bulb(dice, clear);
+            let space = self.space(p, bunches, clear);
+            if space > best.0 {
+                best = (space, p);
+            }
+            if space >= clear {
+                break;
+            }
+        }
+        best.1
+    }
+
+    /// How far `p` is from branches and leaves, up to `most`.
+    fn space(&self, p: Vec3, bunches: &[Bunch], most: f32) -> f32 {
+        let wood = self.branches.iter().map(|branch| branch.distance(p)).fold(most, f32::min);
+        let near = self.tips.iter().filter(|tip| tip.at.distance(p) < REACH * tip.size + most);
+        near.fold(wood, |space, &Tip { at, kind, degrees, size }| {
+            let q = Quat::from_rotation_y(-degrees.to_radians()) * (p - at) / size;
+            bunches[kind].iter().map(|card| size * card.distance(q)).fold(space, f32::min)
+        })
+    }
+
     /// A place for a bulb: wound around a branch, or hung among leaves.
-    pub fn place_of_bulb(&self, dice: &mut Dice) -> Vec3 {
+    fn throw_bulb(&self, dice: &mut Dice, clear: f32) -> Vec3 {
         if dice.happens(0.45) {
             let branch = &self.branches[dice.below(self.branches.len())];
             let (s, around) = (dice.between(0.0, 1.0), dice.between(0.0, TAU));
@@ -84,10 +119,10 @@ impl Tree {
             let axis = (b - a).normalize();
             let out = Quat::from_axis_angle(axis, around) * axis.any_orthonormal_vector();
             let [r, q] = branch.radii;
-            return a.lerp(b, s) + (r + (q - r) * s + 0.03) * out;
+            return a.lerp(b, s) + (r + (q - r) * s + 1.2 * clear) * out;
         }
-        let tip = self.tips[dice.below(self.tips.len())];
-        tip + dice.within(Vec3::splat(-0.4), Vec3::splat(0.4))
+        let tip = &self.tips[dice.below(self.tips.len())];
+        tip.at + dice.within(Vec3::splat(-0.65), Vec3::splat(0.65))
     }
 }
 
@@ -97,6 +132,13 @@ fn dice_length(dice: &mut Dice, length: f32) -> f32 {
 }
 
 impl Branch {
+    /// How far a point is from its surface.
+    fn distance(&self, p: Vec3) -> f32 {
+        let ([a, b], [r, q]) = (self.ends, self.radii);
+        let s = ((p - a).dot(b - a) / a.distance_squared(b)).clamp(0.0, 1.0);
+        p.distance(a.lerp(b, s)) - (r + (q - r) * s)
+    }
+
     fn add_to(&self, mesh: &mut Mesh) {
         const SIDES: u32 = 7;
         let [a, b] = self.ends;

@@ -1,5 +1,6 @@
 //! What is in the rooms: furniture, and the lights, exactly as many as a room is to have: lamps first, then candles, and
-//! strings of small bulbs along the walls for all the rest.
+//! strings of small bulbs along the walls for all the rest. All are frosted globes that hang clear of walls and furniture: a small
+//! bright bulb, or one close to a wall, would make the noise of the few paths that meet it, not that of choosing lights.
 
 use glam::Vec3;
 
@@ -79,15 +80,20 @@ pub fn hang(t: &mut SceneText, dice: &mut Dice, room: Room, count: u32) {
     let small = count - lamps - candles;
     let area = (room.high.x - room.low.x) * (room.high.z - room.low.z) / 17.0;
     let warm = Glow::Kelvin(dice.pick(&[2200.0, 2400.0, 2700.0]));
-    let places = [at(room, 0.5, 2.35, 0.5), at(room, 0.9, 1.45, 0.88), at(room, 0.88, 1.3, 0.3)];
-    for (&p, radius) in places.iter().zip([0.16, 0.12, 0.1]).take(lamps as usize) {
+    // A larger room has larger lamps.
+    let size = area.sqrt().min(1.5);
+    let places = [at(room, 0.5, 2.25, 0.5), at(room, 0.88, 1.45, 0.86), at(room, 0.86, 1.3, 0.3)];
+    for (&p, radius) in places.iter().zip([0.2, 0.16, 0.13]).take(lamps as usize) {
+        let radius = size * radius;
         stand(t, p, radius, room.low.y);
-        warm.bulb(t, p, radius, 7.0 * area);
+        warm.bulb(t, p, radius, 4.5 * area / (size * size));
     }
-    for _ in 0..candles {
-        let p = at(room, dice.between(0.4, 0.65), 0.0, dice.between(0.5, 0.68))
-            + Vec3::new(0.0, 0.88 + dice.between(0.0, 0.1), 0.0);
-        Glow::Kelvin(dice.pick(&CANDLES)).bulb(t, p, 0.014, 120.0);
+    for i in 0..candles {
+        // In two rows, so that no two touch.
+        let (across, along) = (0.4 + 0.0625 * (i % 4) as f32, 0.51 + 0.09 * (i / 4) as f32);
+        let p = at(room, across + dice.between(0.0, 0.025), 0.0, along + dice.between(0.0, 0.05))
+            + Vec3::new(0.0, 0.9 + dice.between(0.0, 0.1), 0.0);
+        Glow::Kelvin(dice.pick(&CANDLES)).bulb(t, p, 0.045, 11.5);
     }
     strings(t, dice, room, small, area);
 }
@@ -108,7 +114,7 @@ fn stand(t: &mut SceneText, p: Vec3, radius: f32, floor: f32) {
 /// Small bulbs in scallops along the four walls, in as many rounds above each other as it takes.
 fn strings(t: &mut SceneText, dice: &mut Dice, room: Room, count: u32, area: f32) {
     const ROUND: u32 = 96;
-    let inset = Vec3::new(0.07, 0.0, 0.07);
+    let inset = Vec3::new(0.22, 0.0, 0.22);
     let (low, high) = (room.low + inset, room.high - inset);
     let (x, z) = (high.x - low.x, high.z - low.z);
     let glow =
@@ -133,9 +139,10 @@ fn strings(t: &mut SceneText, dice: &mut Dice, room: Room, count: u32, area: f32
         let up = 2.68 - 0.35 * (round as f32 / rounds as f32) - sag;
         places.push(Vec3::new(px, room.low.y + up + dice.between(-0.01, 0.01), pz));
     }
-    // As bright together as 60 bulbs of 14 mm.
-    let radius = 0.014;
-    glow.bulbs(t, &places, radius, 60.0 * area * 60.0 / count.max(20) as f32);
+    // As bright together however many they are, and of one radiance as far as they have room.
+    let each = area / count.max(20) as f32;
+    let radius = (0.27 * each.sqrt()).clamp(0.014, 0.1);
+    glow.bulbs(t, &places, radius, 0.7 * each / (radius * radius));
 }
 
 /// Furniture and lights of the hall: candles on a small table far down, a dim lamp beyond it.
@@ -149,13 +156,13 @@ pub fn hall(t: &mut SceneText, dice: &mut Dice, end: f32, count: u32) {
         }
     });
     for i in 0..count {
-        let p = Vec3::new(HALL - 0.2 + dice.between(-0.05, 0.05), 0.8, z - 0.27 + 0.18 * i as f32);
+        let p = Vec3::new(HALL - 0.22 + dice.between(-0.04, 0.04), 0.8, z - 0.27 + 0.18 * i as f32);
         let tall = dice.between(0.1, 0.2);
         t.of("linen", |t| {
             t.add(format_args!("Translate {}", Point(p)));
             t.mesh(&Mesh::pole(0.018, 0.0, tall));
         });
-        Glow::Kelvin(dice.pick(&CANDLES)).bulb(t, p + Vec3::Y * (tall + 0.02), 0.012, 60.0);
+        Glow::Kelvin(dice.pick(&CANDLES)).bulb(t, p + Vec3::Y * (tall + 0.06), 0.05, 3.5);
     }
     t.add(format_args!("\n# Pictures and chairs along the hall"));
     let mut z = 1.6;

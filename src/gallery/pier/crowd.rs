@@ -26,9 +26,9 @@ pub fn write(t: &mut SceneText, dice: &mut Dice, more: u32) -> Vec<(Vec3, Vec3, 
         let (x, degrees) = if left { (EDGES[0] - 1.0, -90.0) } else { (EDGES[1] + 1.0, 90.0) };
         let canvas = ["red", "white", "blue"][dice.below(3)];
         t.instance(&format!("stall-{canvas}"), Vec3::new(x, DECK, z), degrees);
-        // 90° turns the stall's front, −z, to −x.
-        let front = if left { x + 0.95 } else { x - 0.95 };
-        for (x, y) in [(front, 2.0), (x, 2.5), (2.0 * x - front, 2.15)] {
+        // 90° turns the stall's front, −z, to −x. Before the front, under the ridge, and before the wall at the back, clear of canvas.
+        let front = if left { 1.0 } else { -1.0 };
+        for (x, y) in [(x + 1.3 * front, 2.25), (x, 2.25), (x - 0.5 * front, 1.95)] {
             lines.push((Vec3::new(x, DECK + y, z - 0.85), Vec3::new(x, DECK + y, z + 0.85), 0.12));
         }
     }

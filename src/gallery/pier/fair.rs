@@ -112,7 +112,7 @@ fn bulbs(t: &mut SceneText, dice: &mut Dice, count: u32) {
     let mut places = [(); 5].map(|()| vec![]);
     let of_wheel = count / 2;
     for i in 0..of_wheel {
-        let z = if i % 2 == 0 { -1.0 } else { 1.0 };
+        let z = if i % 2 == 0 { -1.3 } else { 1.3 };
         let step = i / 2;
         if step % 5 < 2 {
             let radius = if step % 5 == 0 { WHEEL } else { 0.72 * WHEEL };
@@ -129,14 +129,14 @@ fn bulbs(t: &mut SceneText, dice: &mut Dice, count: u32) {
         let (s, angle) = (dice.between(0.0, 1.0), TAU * dice.below(RIBS as usize) as f32 / RIBS as f32);
         let p = if i % 3 == 0 {
             let angle = TAU * s;
-            Vec3::new((radius + 0.15) * angle.cos(), eaves - 0.3, (radius + 0.15) * angle.sin())
+            Vec3::new((radius + 0.4) * angle.cos(), eaves - 0.3, (radius + 0.4) * angle.sin())
         } else {
             let r = radius * (1.0 - s);
-            Vec3::new(r * angle.cos(), eaves + (top - eaves) * s + 0.12, r * angle.sin())
+            Vec3::new(r * angle.cos(), eaves + (top - eaves) * s + 0.45, r * angle.sin())
         };
         places[(which + 1) % 5].push(place + p);
     }
     for (glow, places) in glows.into_iter().zip(places) {
-        glow.bulbs(t, &places, 0.07, 7.0);
+        glow.bulbs(t, &places, 0.13, 2.0);
     }
 }

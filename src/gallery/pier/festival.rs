@@ -57,7 +57,7 @@ pub fn write(folder: &Path, t: &mut SceneText, more: u32) -> Result<(), GalleryE
 /// A line that bulbs hang from.
 type Line = (Vec3, Vec3, f32);
 
-/// Bulbs on lines between the posts, along the deck's edges, over the stalls and in the boats' rigging.
+/// Bulbs on lines between the posts, outside and below the deck's edges, over the stalls and in the boats' rigging.
 fn bulbs(t: &mut SceneText, dice: &mut Dice, stalls: &[Line], count: u32) {
     t.add(format_args!("\n# Strings of bulbs"));
     let rows: Vec<f32> = post_rows().collect();
@@ -69,9 +69,9 @@ fn bulbs(t: &mut SceneText, dice: &mut Dice, stalls: &[Line], count: u32) {
         lines.push((top(right, pair[0]), top(left, pair[1]), 0.25));
         for x in EDGES {
             lines.push((top(x, pair[0]), top(x, pair[1]), 0.75));
-            let out = if x == left { -0.14 } else { 0.14 };
-            let rail = Vec3::new(x + out, DECK + 0.02, pair[0]);
-            lines.push((rail, rail.with_z(pair[1]), 0.12));
+            let out = if x == left { -0.4 } else { 0.4 };
+            let rail = Vec3::new(x + out, DECK - 0.25, pair[0]);
+            lines.push((rail, rail.with_z(pair[1]), 0.06));
         }
     }
     for (place, heading, has_mast) in BOATS {
@@ -98,9 +98,9 @@ fn bulbs(t: &mut SceneText, dice: &mut Dice, stalls: &[Line], count: u32) {
         }
         t.of("rope", |t| t.rope(a, b, sag, 0.012));
         let places: Vec<Vec3> = (0..here)
-            .map(|k| on_rope(a, b, sag, (k as f32 + 0.5) / here as f32) - Vec3::new(0.0, 0.035, 0.0))
+            .map(|k| on_rope(a, b, sag, 0.06 + 0.88 * (k as f32 + 0.5) / here as f32) - Vec3::new(0.0, 0.09, 0.0))
             .collect();
-        dice.pick(&glows).bulbs(t, &places, 0.022, 11.0);
+        dice.pick(&glows).bulbs(t, &places, 0.04, 3.3);
     }
 }
 
@@ -138,7 +138,7 @@ fn bonfires(t: &mut SceneText) {
                 "MakeNamedMedium \"bonfire{i}\" \"string type\" \"openvdb\" \"string filename\" \"fire.vdb\""
             ));
             t.add(format_args!("  \"string temperature\" \"temperature\" \"float temperaturereference\" 1800"));
-            t.add(format_args!("  \"float Le\" 4.5 \"float sigma_a\" 1.6 \"float sigma_s\" 0.22"));
+            t.add(format_args!("  \"float Le\" 4.5 \"float sigma_a\" 1.6 \"float sigma_s\" 0.12"));
             t.add(format_args!("Material \"interface\" MediumInterface \"bonfire{i}\" \"\""));
             t.mesh(&Mesh::cuboid(FIRE_BOX[0] + FIRE, FIRE_BOX[1] + FIRE, None));
         });

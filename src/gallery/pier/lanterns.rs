@@ -41,7 +41,7 @@ fn ball(t: &mut SceneText, p: Vec3, radius: f32, glow: Glow, scale: f32) {
     });
 }
 
-/// Lanterns along both sides of the pier and across it; the lines across also carry bare lamps (point lights).
+/// Lanterns along both sides of the pier and across it; the lines across also carry brighter globes of frosted glass.
 pub fn hung(t: &mut SceneText, dice: &mut Dice, keep: &mut Keep) {
     t.add(format_args!("\n# Lanterns on the pier's lines"));
     let rows: Vec<f32> = post_rows().collect();
@@ -61,10 +61,8 @@ pub fn hung(t: &mut SceneText, dice: &mut Dice, keep: &mut Keep) {
                 ball(t, p, radius, glow, scale);
             }
             if lamps && keep.next() {
-                let p = Point(p - Vec3::new(0.0, 1.5 * radius, 0.0));
-                t.add(format_args!(
-                    "LightSource \"point\" \"point3 from\" [{p}] \"blackbody I\" [2300] \"float scale\" 0.3"
-                ));
+                let p = on_rope(a, b, sag, (i as f32 + 0.1) / count as f32) - Vec3::new(0.0, 0.25, 0.0);
+                Glow::Kelvin(2300.0).bulb(t, p, 0.12, 6.6);
             }
         }
     };

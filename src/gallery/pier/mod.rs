@@ -134,7 +134,7 @@ fn volumes_text(t: &mut SceneText) {
     t.add(format_args!("  \"float sigma_s\" 0.1 \"float sigma_a\" 0.002 \"float g\" 0.35"));
     t.add(format_args!("MakeNamedMedium \"fire\" \"string type\" \"openvdb\" \"string filename\" \"fire.vdb\""));
     t.add(format_args!("  \"string temperature\" \"temperature\" \"float temperaturereference\" 1800"));
-    t.add(format_args!("  \"float Le\" 4.5 \"float sigma_a\" 1.6 \"float sigma_s\" 0.22"));
+    t.add(format_args!("  \"float Le\" 4.5 \"float sigma_a\" 1.6 \"float sigma_s\" 0.12"));
     for (name, [low, high]) in [("fog", FOG_BOX), ("fire", FIRE_BOX.map(|p| p + FIRE))] {
         t.block(|t| {
             t.add(format_args!("Material \"interface\" MediumInterface \"{name}\" \"\""));
@@ -151,8 +151,8 @@ fn fire_lights(t: &mut SceneText) {
     t.add(format_args!(
         "# unseen globes (alpha 0) inside the flames carry most of their light; the gas itself is what is seen."
     ));
-    const RADIUS: f32 = 0.18;
-    for (height, intensity) in [(0.3, 4.0), (0.75, 4.0), (1.25, 2.0)] {
+    const RADIUS: f32 = 0.35;
+    for (height, intensity) in [(0.55, 2.6), (0.9, 2.6), (1.35, 1.3)] {
         let p = Point(FIRE + Vec3::new(0.05 * height, height, 0.0));
         let radiance = Number(intensity / (std::f32::consts::PI * RADIUS * RADIUS));
         t.block(|t| {

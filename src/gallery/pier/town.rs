@@ -117,14 +117,14 @@ fn house(t: &mut SceneText, wall: &str) {
 }
 
 impl House {
-    /// A place before one of its walls, or now and then beside the street.
+    /// A place some way before one of its walls, or now and then beside the street: closer by, light of a point is without bounds.
     fn on_wall(&self, dice: &mut Dice) -> Vec3 {
-        let (s, up) = (dice.between(-1.0, 1.0), dice.between(0.4, 4.3));
+        let (s, up) = (dice.between(-1.0, 1.0), dice.between(1.0, 3.8));
         let p = match dice.below(9) {
             0 => Vec3::new(9.0 * s, 3.0, -7.5),
-            1..=4 => Vec3::new(4.4 * s, up, -3.25),
-            5..=6 => Vec3::new(4.25, up, 3.3 * s),
-            _ => Vec3::new(-4.25, up, 3.3 * s),
+            1..=4 => Vec3::new(4.4 * s, up, -4.4),
+            5..=6 => Vec3::new(5.3, up, 3.3 * s),
+            _ => Vec3::new(-5.3, up, 3.3 * s),
         };
         self.at + self.size * (Quat::from_rotation_y(self.turn) * p)
     }

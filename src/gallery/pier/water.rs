@@ -19,7 +19,7 @@ pub fn text() -> SceneText {
     t.add(format_args!("# Water: part of pier.pbrt"));
     t.block(|t| {
         t.add(format_args!(
-            "Material \"dielectric\" \"float eta\" 1.33 \"float roughness\" 0.09 \"bool remaproughness\" false"
+            "Material \"dielectric\" \"float eta\" 1.33 \"float roughness\" 0.15 \"bool remaproughness\" false"
         ));
         t.mesh(&surface());
     });
