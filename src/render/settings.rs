@@ -124,11 +124,12 @@ impl RenderSettings {
         }
         // `auto` builds cache points where there are many lights.
         if !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
-            let CacheSettings { gathering, visibility, normals, beams, candidates, entries } = self.cache;
+            let CacheSettings { gathering, visibility, refine, normals, beams, candidates, entries } = self.cache;
             let default = CacheSettings::default();
             for (option, differs) in [
                 ("--cache-visibility", visibility != default.visibility),
                 ("--cache-gathering", gathering != default.gathering),
+                ("--cache-no-refining", refine != default.refine),
                 ("--cache-no-normals", normals != default.normals),
                 ("--cache-no-beams", beams != default.beams),
                 ("--cache-entries", entries != default.entries),
