@@ -82,7 +82,7 @@ fn teach(job: &mut Job, passes: u64, arrives: impl Fn(LightId) -> bool) {
             let (id, ..) = cache.sample(&world.lights, u, &scratch).expect("there are lights");
             cache.record(&world.lights, id, arrives(id), &scratch);
         }
-        cache.learn();
+        cache.learn(&world.lights);
     }
 }
 
