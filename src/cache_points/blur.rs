@@ -146,7 +146,7 @@ mod tests {
         // All alone; four alone and the rest in one; all in one.
         let rest = Cluster { first: 4, count: 4, ..root };
         let lists = [[&a[..], &b].concat(), [&a[..], &[rest]].concat(), vec![root]].map(gathered);
-        let table = Table::new(&lists, Some(hierarchy.places()));
+        let table = Table::gathered(3, Some(hierarchy.places()), |point| (lists[point as usize].clone(), vec![]));
         let pairs = |own, other| {
             let mut found = vec![];
             for_each_overlap(table.list(own), table.list(other), |(i, _), (j, _)| found.push((i, j)));

@@ -195,7 +195,7 @@ mod tests {
         let hierarchy = Hierarchy::new(&lights);
         let leaf = |place| hierarchy.leaf(place).expect("sixteen lights");
         let gathered = Gathered { clusters: (0..16).map(leaf).collect(), near: vec![] };
-        let table = Table::new(&[gathered], Some(hierarchy.places()));
+        let table = Table::gathered(1, Some(hierarchy.places()), |_| (gathered.clone(), vec![]));
         // One light of each is known: hidden here, visible there.
         let mut tallies = [[0.0; 2]; 16];
         (tallies[0], tallies[8]) = ([50.0, 0.0], [50.0, 50.0]);

@@ -36,7 +36,7 @@ use rayon::prelude::*;
 use crate::light::selector::Uniform;
 use crate::light::{Lights, Receiver};
 use blur::BlurWeights;
-use gather::{Gathered, Gathering, Place, all_by_lists, by_hierarchy, sensors};
+use gather::{Gathering, Place, all_by_lists, by_hierarchy, sensors};
 use hierarchy::{Cluster, Hierarchy};
 use learn::VisibilityRule;
 use lookup::NearestPoint;
@@ -80,7 +80,15 @@ pub struct CacheSettings {
 impl Default for CacheSettings {
     fn default() -> Self {
         let (gathering, visibility) = Default::default();
-        Self { gathering, visibility, refine: true, normals: true, beams: true, candidates: None, entries: DEFAULT_ENTRIES }
+        Self {
+            gathering,
+            visibility,
+            refine: true,
+            normals: true,
+            beams: true,
+            candidates: None,
+            entries: DEFAULT_ENTRIES,
+        }
     }
 }
 
@@ -155,8 +163,8 @@ impl CachePoints {
 
         let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
         let uniform = Uniform::new(lights, dark);
-        let mut cache = Self { settings, hierarchy, positions, radii, lookup, blur, table, refinements: 0, uniform, statistics };
-        cache.update();
+        let mut cache =
+            Self { settings, hierarchy, positions, radii, lookup, blur, table, refinements: 0, uniform, statistics };
         cache.statistics.describe(&cache.table);
         cache.statistics.bytes = cache.memory();
         Some(cache)
@@ -263,11 +271,13 @@ fn gather_all(
     let places: Vec<Place> = places(positions, radii).collect();
     match settings.gathering {
         Gathering::Hierarchy => {
-            let gathered: Vec<Gathered> =
-                places.par_iter().map(|&place| by_hierarchy(hierarchy, lights, place, most)).collect();
-            Table::new(&gathered, Some(hierarchy.places()))
+            let gather = |point: u32| by_hierarchy(hierarchy, lights, places[point as usize], most);
+            Table::gathered(places.len(), Some(hierarchy.places()), |point| (gather(point), vec![]))
         }
-        Gathering::Lists => Table::new(&all_by_lists(hierarchy, lights, &places, blur, most), None),
+        Gathering::Lists => {
+            let lists = all_by_lists(hierarchy, lights, &places, blur, most);
+            Table::gathered(places.len(), None, |point| (lists[point as usize].clone(), vec![]))
+        }
     }
 }
 

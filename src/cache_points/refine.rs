@@ -2,10 +2,8 @@
 //! out to be hidden. After each of the first iterations every point goes down the light hierarchy again, now by energy × W: what is
 //! hidden falls back into few clusters, and their entries go to lights that arrive.
 
-use rayon::prelude::*;
-
 use super::blur::share;
-use super::gather::{Gathered, Place, gather};
+use super::gather::{Place, gather};
 use super::hierarchy::{Cluster, Hierarchy};
 use super::table::{Counter, List, Table, range};
 use crate::light::{Lights, Receiver};
@@ -60,7 +58,8 @@ impl<'a> Known<'a> {
     fn counter(&self, cluster: &Cluster) -> Counter {
         let entries = self.entries(cluster);
         let all = self.counters[entries.clone()].iter().map(Counter::get);
-        let [tries, successes] = all.fold([0; 2], |a: [u32; 2], b| [a[0].saturating_add(b[0]), a[1].saturating_add(b[1])]);
+        let [tries, successes] =
+            all.fold([0; 2], |a: [u32; 2], b| [a[0].saturating_add(b[0]), a[1].saturating_add(b[1])]);
         if entries.len() == 1 {
             let share = share(self.hierarchy, self.lights, cluster, &self.list.get(entries.start));
             return Counter::new([tries, successes].map(|n| (n as f32 * share).round() as u32));
@@ -79,20 +78,13 @@ impl<'a> Known<'a> {
 
 /// The lists of all `places`, whose present ones are in `table`: `most` entries each. They leave no light out, and have no energies yet.
 pub fn refined(hierarchy: &Hierarchy, lights: &Lights, table: &Table, places: &[Place], most: usize) -> Table {
-    let (gathered, counters): (Vec<Gathered>, Vec<Vec<Counter>>) = places
-        .par_iter()
-        .enumerate()
-        .map(|(point, &place)| {
-            let known = Known::new(hierarchy, lights, table, point as u32);
-            let receiver = Receiver::medium(place.p);
-            let gathered = gather(hierarchy, lights, place, most, |cluster| known.weight(cluster, &receiver));
-            let counters = gathered.clusters.iter().map(|cluster| known.counter(cluster)).collect();
-            (gathered, counters)
-        })
-        .unzip();
-    let mut refined = Table::new(&gathered, Some(hierarchy.places()));
-    refined.counters = counters.into_iter().flatten().collect();
-    refined
+    Table::gathered(places.len(), Some(hierarchy.places()), |point| {
+        let (known, place) = (Known::new(hierarchy, lights, table, point), places[point as usize]);
+        let receiver = Receiver::medium(place.p);
+        let gathered = gather(hierarchy, lights, place, most, |cluster| known.weight(cluster, &receiver));
+        let counters = gathered.clusters.iter().map(|cluster| known.counter(cluster)).collect();
+        (gathered, counters)
+    })
 }
 
 #[cfg(test)]
@@ -115,8 +107,8 @@ mod tests {
         let hierarchy = Hierarchy::new(&lights);
         let place = Place { p: Vec3::new(50.0, 45.0, 40.0), radius: 1.0 };
         const MOST: usize = 48;
-        let mut table =
-            Table::new(&[by_hierarchy(&hierarchy, &lights, place, MOST)], Some(hierarchy.places()));
+        let gather = |_| (by_hierarchy(&hierarchy, &lights, place, MOST), vec![]);
+        let mut table = Table::gathered(1, Some(hierarchy.places()), gather);
         let of_row = |table: &Table| {
             let in_row = |c: &Cluster| hierarchy.light(c).is_some_and(|id| id.0 / 100 == 3);
             table.list(0).iter().filter(in_row).count()

@@ -8,6 +8,8 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use rayon::prelude::*;
+
 use super::gather::Gathered;
 use super::hierarchy::Cluster;
 
@@ -83,6 +85,9 @@ pub struct Table {
     near: Vec<u16>,
 }
 
+/// Lists are made for this many points at a time, so that what each takes while it is made does not add up.
+const PIECE: usize = 2048;
+
 /// Bytes that an entry takes.
 pub const ENTRY: usize = size_of::<Entry>() + size_of::<Counter>() + 2 * size_of::<f32>() + PLANES * size_of::<u8>();
 
@@ -141,20 +146,26 @@ pub fn range(offsets: &[u32], point: u32) -> Range<usize> {
 }
 
 impl Table {
-    /// For what was gathered, of `places` in all if nothing was left out. Nothing is learned and no energy known yet.
-    pub fn new(gathered: &[Gathered], places: Option<u32>) -> Self {
-        let entry = |c: &Cluster| Entry { first: c.first, node: c.node };
-        let entries: Vec<Entry> = gathered.iter().flat_map(|g| g.clusters.iter().map(entry)).collect();
-        Self {
-            offsets: offsets(gathered.iter().map(|g| g.clusters.len())),
-            end: places,
-            counters: entries.iter().map(|_| Counter::default()).collect(),
-            visibility: vec![1.0; entries.len()],
-            energies: Energies::new(entries.len()),
-            near_offsets: offsets(gathered.iter().map(|g| g.near.len())),
-            near: gathered.iter().flat_map(|g| g.near.iter().copied()).collect(),
-            entries,
+    /// The lists of `count` points, each from `gather` for its number, with the counters that its entries begin with (missing ones at 0). `end` is
+    /// one past the last place if no list leaves any out. No energies are known yet.
+    pub fn gathered(count: usize, end: Option<u32>, gather: impl Fn(u32) -> (Gathered, Vec<Counter>) + Sync) -> Self {
+        let mut table = Self { offsets: vec![0], end, near_offsets: vec![0], ..Self::default() };
+        for start in (0..count).step_by(PIECE) {
+            let piece = start as u32..(start + PIECE).min(count) as u32;
+            let lists: Vec<_> = piece.into_par_iter().map(&gather).collect();
+            lists.into_iter().for_each(|(gathered, counters)| table.push(&gathered, counters));
         }
+        table
+    }
+
+    fn push(&mut self, gathered: &Gathered, counters: Vec<Counter>) {
+        self.entries.extend(gathered.clusters.iter().map(|c| Entry { first: c.first, node: c.node }));
+        self.offsets.push(self.entries.len() as u32);
+        self.counters.extend(counters);
+        self.counters.resize_with(self.entries.len(), Counter::default);
+        self.visibility.resize(self.entries.len(), 1.0);
+        self.near.extend_from_slice(&gathered.near);
+        self.near_offsets.push(self.near.len() as u32);
     }
 
     /// The entries of `point`.
@@ -222,16 +233,6 @@ pub fn unpack(k: usize, fluence: &[f32], shares: &[u8]) -> Sensors {
         OMNIDIRECTIONAL => fluence[k],
         row => fluence[k] * (f32::from(shares[row * count + k]) * (1.0 / 255.0)),
     })
-}
-
-/// Where each list starts, and where the last one ends.
-fn offsets(counts: impl Iterator<Item = usize>) -> Vec<u32> {
-    let mut offsets = vec![0];
-    offsets.extend(counts.scan(0, |sum, count| {
-        *sum += count as u32;
-        Some(*sum)
-    }));
-    offsets
 }
 
 /// The list of each point, to be filled: `data` cut up at `offsets`, with `rows` numbers for each entry.
