@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn overlaps_are_all_found() {
-        // Eight lights: the root, its halves, and so on down.
+        // Eight lights: two leaves under a root.
         let mut lights = Lights::default();
         (0..8).for_each(|i| {
             lights.add_point(PointLight { p: Vec3::X * i as f32, intensity: Rgb::WHITE });

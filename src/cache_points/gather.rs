@@ -39,11 +39,11 @@ pub enum Gathering {
 }
 
 /// The outward normals of the six planes.
-pub const PLANES: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+pub const PLANE_NORMALS: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
 
 /// A place with the size of its surroundings.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct Site {
     /// Where.
     pub p: Vec3,
     /// How far around it what is gathered will be used.
@@ -95,16 +95,16 @@ impl Ord for Waiting {
 }
 
 /// Goes down the hierarchy at `place`, by what arrives without occlusion; at most `most` entries.
-pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Place, most: usize) -> Gathered {
+pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Site, most: usize) -> Gathered {
     let receiver = Receiver::medium(place.p);
     gather(hierarchy, lights, place, most, |cluster| hierarchy.energy(lights, cluster, &receiver))
 }
 
-/// Goes down the hierarchy at `place`, by the `energy` of clusters; at most `most` entries where there are not more lights at infinity than that.
+/// Goes down the hierarchy at `place`, by the `energy` of clusters; at most `most` entries where there are fewer lights at infinity than that.
 pub fn gather(
     hierarchy: &Hierarchy,
     lights: &Lights,
-    place: Place,
+    place: Site,
     most: usize,
     energy: impl Fn(&Cluster) -> f32,
 ) -> Gathered {
@@ -146,7 +146,7 @@ pub fn gather(
 
 /// Visits every light: the near ones, and for each sensor the fewest far ones that hold 97 % of what it receives. A light that one
 /// sensor keeps counts for all of them.
-pub fn by_lists(hierarchy: &Hierarchy, lights: &Lights, leaves: &[(LightId, Cluster)], place: Place) -> Gathered {
+pub fn by_lists(hierarchy: &Hierarchy, lights: &Lights, leaves: &[(LightId, Cluster)], place: Site) -> Gathered {
     let near: Vec<_> = leaves.iter().filter(|(light, _)| is_near(lights, *light, place)).collect();
     let energy = |light| lights.contribution(light, &Receiver::medium(place.p));
     let near = strongest(near.into_iter().map(|&(light, cluster)| (energy(light), cluster)).collect());
@@ -170,11 +170,12 @@ pub fn by_lists(hierarchy: &Hierarchy, lights: &Lights, leaves: &[(LightId, Clus
     Gathered::new(&near, kept)
 }
 
-/// Gathers at all `places` by [`by_lists`]; the blur that follows adds its neighbours' lights to each point, as far as there is room for `most`.
+/// Gathers at all `places` by [`by_lists`] and adds to each point the lights that its neighbours keep, for the blur to add up, as far as there
+/// is room for `most`.
 pub fn all_by_lists(
     hierarchy: &Hierarchy,
     lights: &Lights,
-    places: &[Place],
+    places: &[Site],
     blur: &BlurWeights,
     most: usize,
 ) -> Vec<Gathered> {
@@ -207,14 +208,14 @@ fn strongest(mut near: Vec<(f32, Cluster)>) -> Vec<Cluster> {
 pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec3) -> Sensors {
     std::array::from_fn(|bin| {
         let receiver =
-            if bin == OMNIDIRECTIONAL { Receiver::medium(p) } else { Receiver::surface(p, PLANES[bin], false) };
+            if bin == OMNIDIRECTIONAL { Receiver::medium(p) } else { Receiver::surface(p, PLANE_NORMALS[bin], false) };
         hierarchy.energy(lights, cluster, &receiver)
     })
 }
 
 /// Whether what a light gives changes too fast around a place for one value to stand for it: |x_e − x_p|² ≤ (r_p D)² (the paper's rule),
 /// **ours:** or the edge of a cone passes through.
-fn is_near(lights: &Lights, light: LightId, place: Place) -> bool {
+fn is_near(lights: &Lights, light: LightId, place: Site) -> bool {
     let Some(centre) = lights.centre(light) else { return false };
     let to_place = place.p - centre;
     let square = to_place.length_squared();

@@ -85,7 +85,7 @@ impl Hierarchy {
         Some(cluster)
     }
 
-    /// What `receiver` gets of a cluster, unoccluded: of one light its contribution, of several an upper bound.
+    /// What `receiver` gets of a cluster, unoccluded: of one light its contribution, of several an estimate.
     #[inline]
     pub fn energy(&self, lights: &Lights, cluster: &Cluster, receiver: &Receiver) -> f32 {
         match (self.light(cluster), &self.tree) {

@@ -43,13 +43,13 @@ type Tally = [f32; 2];
 
 impl VisibilityRule {
     /// W of an entry from its own counts.
-    fn own(self, [attempts, successes]: [u32; 2]) -> f32 {
-        let r = (successes as f32 + 1.0) / (attempts as f32 + 1.0);
+    fn own(self, [attempts, successes]: Tally) -> f32 {
+        let r = (successes + 1.0) / (attempts + 1.0);
         match self {
             Self::Off => 1.0,
             Self::Threshold if r <= R_MIN => (r / R_MIN).powi(2),
             Self::Threshold => 1.0,
-            Self::Root | Self::Clusters => weight(posterior([attempts as f32, successes as f32], PRIOR)),
+            Self::Root | Self::Clusters => weight(posterior([attempts, successes], PRIOR)),
         }
     }
 }
@@ -131,12 +131,16 @@ fn weights(rule: VisibilityRule, hierarchy: &Hierarchy, blur: &BlurWeights, tabl
     // Sums over the point and its neighbours, of W or of what was tried.
     let own_of = |c: &Counter| match rule {
         VisibilityRule::Threshold => [1.0, rule.own(c.get())],
-        _ => c.get().map(|n| n as f32),
+        _ => c.get(),
     };
     let mut sums: Vec<Tally> = counters(point).iter().map(own_of).collect();
     for &(neighbour, weight) in blur.of(point) {
         let theirs = counters(neighbour);
-        for_each_overlap(own, table.list(neighbour), |(i, _), (j, _)| {
+        for_each_overlap(own, table.list(neighbour), |(i, a), (j, b)| {
+            // The paper's W is averaged over points that list the light.
+            if rule == VisibilityRule::Threshold && !b.holds(&a) {
+                return;
+            }
             let more = own_of(&theirs[j]);
             sums[i] = [sums[i][0] + weight * more[0], sums[i][1] + weight * more[1]];
         });
@@ -156,6 +160,7 @@ pub fn update(rule: VisibilityRule, hierarchy: &Hierarchy, blur: &BlurWeights, t
         out.copy_from_slice(&weights(rule, hierarchy, blur, table, point as u32));
     });
     table.visibility = visibility;
+    table.counters.par_iter_mut().for_each(Counter::limit);
 }
 
 #[cfg(test)]
@@ -169,25 +174,25 @@ mod tests {
 
     #[test]
     fn the_papers_rule() {
-        let w = |attempts, successes| VisibilityRule::Threshold.own([attempts, successes]);
-        assert_eq!(w(0, 0), 1.0);
+        let w = |attempts: f32, successes: f32| VisibilityRule::Threshold.own([attempts, successes]);
+        assert_eq!(w(0.0, 0.0), 1.0);
         // R = 1 / 100.
-        assert!((w(99, 0) - 0.0625).abs() < 1e-6);
-        assert_eq!(w(99, 10), 1.0);
-        assert!(w(u32::MAX, 0) > 0.0);
+        assert!((w(99.0, 0.0) - 0.0625).abs() < 1e-6);
+        assert_eq!(w(99.0, 10.0), 1.0);
+        assert!(w(1e9, 0.0) > 0.0);
     }
 
     #[test]
     fn the_root_rule_stays_above_zero() {
-        assert_eq!(VisibilityRule::Root.own([0, 0]), 0.5f32.sqrt());
-        assert!((VisibilityRule::Root.own([1_000_000, 250_000]) - 0.5).abs() < 1e-3);
-        assert_eq!(VisibilityRule::Root.own([u32::MAX, 0]), LEAST_WEIGHT);
+        assert_eq!(VisibilityRule::Root.own([0.0, 0.0]), 0.5f32.sqrt());
+        assert!((VisibilityRule::Root.own([1e6, 2.5e5]) - 0.5).abs() < 1e-3);
+        assert_eq!(VisibilityRule::Root.own([1e9, 0.0]), LEAST_WEIGHT);
     }
 
     #[test]
     fn what_is_known_of_a_cluster_is_expected_of_its_lights() {
         let mut lights = Lights::default();
-        // Two leaves of eight.
+        // Two clusters of eight.
         for i in 0..16 {
             let p = Vec3::X * (i + 1000 * (i / 8)) as f32;
             lights.add_point(PointLight { p, intensity: Rgb::WHITE });

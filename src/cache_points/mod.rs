@@ -36,7 +36,7 @@ use rayon::prelude::*;
 use crate::light::selector::Uniform;
 use crate::light::{Lights, Receiver};
 use blur::BlurWeights;
-use gather::{Gathering, Place, all_by_lists, by_hierarchy, sensors};
+use gather::{Gathering, Site, all_by_lists, by_hierarchy, sensors};
 use hierarchy::{Cluster, Hierarchy};
 use learn::VisibilityRule;
 use lookup::NearestPoint;
@@ -52,7 +52,7 @@ use table::{ENTRY, Energies, Table, pack};
 /// With fewer candidates than this there is no cache: every vertex asks every light (section 3.1.1).
 pub const FEWEST_CANDIDATES: usize = 10;
 
-/// The lists of all points together take at most this many bytes: with many points each gets fewer.
+/// The lists of all points together take about this many bytes at most, twice as many while they are made anew: with many points each gets fewer.
 pub const MOST_BYTES: usize = 512 << 20;
 
 /// Lights and clusters that a point keeps at most where nothing else is asked for.
@@ -141,7 +141,7 @@ impl CachePoints {
         let signatures: Vec<Signature> = candidates
             .par_iter()
             .zip(&first_radii)
-            .map(|(c, &radius)| signature(&hierarchy, lights, Place { p: c.p, radius }))
+            .map(|(c, &radius)| signature(&hierarchy, lights, Site { p: c.p, radius }))
             .collect();
         statistics.seconds.signatures = clock.lap();
         let radii =
@@ -173,15 +173,24 @@ impl CachePoints {
     /// Takes over what was learned since the last call: from now on lights are selected by it.
     pub fn learn(&mut self, lights: &Lights) {
         self.update();
-        if self.settings.refine && self.settings.gathering == Gathering::Hierarchy && self.refinements < refine::TIMES {
+        if self.refines() && self.refinements < refine::TIMES {
             self.refinements += 1;
-            let places: Vec<Place> = places(&self.positions, &self.radii).collect();
+            let places: Vec<Site> = places(&self.positions, &self.radii).collect();
             let most = most_entries(places.len(), &self.settings);
             self.table = refine::refined(&self.hierarchy, lights, &self.table, &places, most);
             self.table.energies = energies(&self.hierarchy, lights, &self.positions, &self.table);
             self.table.energies = blur::blurred(&self.hierarchy, lights, &self.blur, &self.table);
             self.update();
+            self.statistics.describe(&self.table);
+            self.statistics.bytes = self.memory();
         }
+    }
+
+    /// Whether lists are made anew: where they leave no light out, and W tells how often a light arrives.
+    fn refines(&self) -> bool {
+        let CacheSettings { refine, gathering, visibility, .. } = self.settings;
+        let is_root = matches!(visibility, VisibilityRule::Root | VisibilityRule::Clusters);
+        refine && is_root && gathering == Gathering::Hierarchy
     }
 
     fn update(&mut self) {
@@ -237,7 +246,7 @@ fn first_radii(candidates: &[Candidate]) -> Vec<f32> {
 }
 
 /// The lights of a place in few entries, each with its share of the fluence.
-fn signature(hierarchy: &Hierarchy, lights: &Lights, place: Place) -> Signature {
+fn signature(hierarchy: &Hierarchy, lights: &Lights, place: Site) -> Signature {
     let mut clusters = by_hierarchy(hierarchy, lights, place, SIGNATURE).clusters;
     // There may be more lights at infinity than there is room for.
     clusters.truncate(SIGNATURE);
@@ -254,8 +263,8 @@ fn most_entries(points: usize, settings: &CacheSettings) -> usize {
     (MOST_BYTES / (ENTRY * points)).min(settings.entries as usize)
 }
 
-fn places(positions: &[Vec3], radii: &[f32]) -> impl Iterator<Item = Place> {
-    positions.iter().zip(radii).map(|(&p, &radius)| Place { p, radius })
+fn places(positions: &[Vec3], radii: &[f32]) -> impl Iterator<Item = Site> {
+    positions.iter().zip(radii).map(|(&p, &radius)| Site { p, radius })
 }
 
 /// The lists of all points, no energies yet.
@@ -268,7 +277,7 @@ fn gather_all(
     settings: &CacheSettings,
 ) -> Table {
     let most = most_entries(positions.len(), settings);
-    let places: Vec<Place> = places(positions, radii).collect();
+    let places: Vec<Site> = places(positions, radii).collect();
     match settings.gathering {
         Gathering::Hierarchy => {
             let gather = |point: u32| by_hierarchy(hierarchy, lights, places[point as usize], most);

@@ -3,7 +3,7 @@
 //! hidden falls back into few clusters, and their entries go to lights that arrive.
 
 use super::blur::share;
-use super::gather::{Place, gather};
+use super::gather::{Site, gather};
 use super::hierarchy::{Cluster, Hierarchy};
 use super::table::{Counter, List, Table, range};
 use crate::light::{Lights, Receiver};
@@ -12,7 +12,7 @@ use crate::light::{Lights, Receiver};
 pub const TIMES: u32 = 3;
 
 /// A cluster made of several entries counts as tried at most this often: they were not tried in the proportions that its lights will be.
-const MOST_TRIES: u32 = 16;
+const MOST_TRIES: f32 = 16.0;
 
 /// One point's list, and what is known of it.
 struct Known<'a> {
@@ -58,11 +58,10 @@ impl<'a> Known<'a> {
     fn counter(&self, cluster: &Cluster) -> Counter {
         let entries = self.entries(cluster);
         let all = self.counters[entries.clone()].iter().map(Counter::get);
-        let [tries, successes] =
-            all.fold([0; 2], |a: [u32; 2], b| [a[0].saturating_add(b[0]), a[1].saturating_add(b[1])]);
+        let [tries, successes] = all.fold([0.0; 2], |a: [f32; 2], b| [a[0] + b[0], a[1] + b[1]]);
         if entries.len() == 1 {
             let share = share(self.hierarchy, self.lights, cluster, &self.list.get(entries.start));
-            return Counter::new([tries, successes].map(|n| (n as f32 * share).round() as u32));
+            return Counter::new([tries, successes].map(|n| n * share));
         }
         let (mut seen, mut energy) = (0.0, 0.0);
         for k in entries {
@@ -72,12 +71,12 @@ impl<'a> Known<'a> {
         }
         let tries = tries.min(MOST_TRIES);
         let share = if energy > 0.0 { (seen / energy).min(1.0) } else { 0.0 };
-        Counter::new([tries, (f64::from(tries) * share).round() as u32])
+        Counter::new([tries, tries * share as f32])
     }
 }
 
 /// The lists of all `places`, whose present ones are in `table`: `most` entries each. They leave no light out, and have no energies yet.
-pub fn refined(hierarchy: &Hierarchy, lights: &Lights, table: &Table, places: &[Place], most: usize) -> Table {
+pub fn refined(hierarchy: &Hierarchy, lights: &Lights, table: &Table, places: &[Site], most: usize) -> Table {
     Table::gathered(places.len(), Some(hierarchy.places()), |point| {
         let (known, place) = (Known::new(hierarchy, lights, table, point), places[point as usize]);
         let receiver = Receiver::medium(place.p);
@@ -105,7 +104,7 @@ mod tests {
             lights.add_point(PointLight { p, intensity: Rgb::WHITE });
         }
         let hierarchy = Hierarchy::new(&lights);
-        let place = Place { p: Vec3::new(50.0, 45.0, 40.0), radius: 1.0 };
+        let place = Site { p: Vec3::new(50.0, 45.0, 40.0), radius: 1.0 };
         const MOST: usize = 48;
         let gather = |_| (by_hierarchy(&hierarchy, &lights, place, MOST), vec![]);
         let mut table = Table::gathered(1, Some(hierarchy.places()), gather);
@@ -126,7 +125,7 @@ mod tests {
                 count(3) as f32 / c.count as f32
             };
             table.visibility = table.list(0).iter().map(|c| rows(c).sqrt().max(0.03)).collect();
-            table.counters = table.list(0).iter().map(|c| Counter::new([100, (100.0 * rows(c)) as u32])).collect();
+            table.counters = table.list(0).iter().map(|c| Counter::new([100.0, 100.0 * rows(c)])).collect();
             table = refined(&hierarchy, &lights, &table, &[place], MOST);
         }
         assert!(before < 10 && of_row(&table) > 25, "{before} {}", of_row(&table));
@@ -134,7 +133,7 @@ mod tests {
         assert_eq!(all, hierarchy.places(), "no light is left out");
         for (cluster, counter) in table.list(0).iter().zip(&table.counters) {
             let [tries, successes] = counter.get();
-            assert!(successes <= tries && tries <= 100, "{cluster:?} {tries} {successes}");
+            assert!(successes <= tries && tries <= 100.0, "{cluster:?} {tries} {successes}");
         }
     }
 }

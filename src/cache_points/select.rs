@@ -189,6 +189,9 @@ impl CachePoints {
     /// What is known of the visibility of `id` from the vertex last prepared, as the factor W that its weight has.
     #[inline]
     pub fn visibility(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> f32 {
+        if scratch.named.lights.binary_search(&id).is_ok() {
+            return 1.0;
+        }
         self.entry(lights, id, scratch).map_or(1.0, |entry| self.table.visibility[entry])
     }
 
@@ -224,7 +227,7 @@ fn entry_weight(k: usize, below: f32, scratch: &CacheScratch) -> f64 {
 fn place_of(target: f64, sums: &[f64]) -> (usize, f64) {
     let end = sums.last().map_or(0.0, |sum| sum * (1.0 - f64::EPSILON));
     let target = target.min(end);
-    let k = sums.partition_point(|&sum| sum <= target);
+    let k = sums.partition_point(|&sum| sum <= target).min(sums.len().saturating_sub(1));
     let before = if k > 0 { sums[k - 1] } else { 0.0 };
     let rest = sums.get(k).map_or(0.0, |sum| (target - before) / (sum - before));
     (k, rest.clamp(0.0, 1.0 - f64::EPSILON))

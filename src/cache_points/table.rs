@@ -23,31 +23,46 @@ pub const PLANES: usize = 6;
 /// What each sensor receives: irradiance of planes, fluence of the omnidirectional one.
 pub type Sensors = [f32; BINS];
 
-/// How often an entry was tried and how often its light arrived. Integers, so the order of threads does not matter.
+/// How often an entry was tried and how often its light arrived, in parts of a try ([`TRY`]). Integers, so the order of threads does not matter.
 #[derive(Debug, Default)]
 pub struct Counter {
     attempts: AtomicU32,
     successes: AtomicU32,
 }
 
+/// Parts of one try. An entry that is split passes on a few of them to each part.
+const TRY: u32 = 16;
+
+/// From so many tries on, both counts are halved between iterations, so that they never overflow.
+const MANY_TRIES: u32 = 1 << 24;
+
 impl Counter {
     /// After so many attempts and successes.
-    pub fn new([attempts, successes]: [u32; 2]) -> Self {
-        Self { attempts: attempts.into(), successes: successes.into() }
+    pub fn new(counts: [f32; 2]) -> Self {
+        let [attempts, successes] = counts.map(|n| AtomicU32::new((n * TRY as f32).round() as u32));
+        Self { attempts, successes }
     }
 
     /// One more.
     #[inline]
     pub fn record(&self, success: bool) {
-        self.attempts.fetch_add(1, Ordering::Relaxed);
+        self.attempts.fetch_add(TRY, Ordering::Relaxed);
         if success {
-            self.successes.fetch_add(1, Ordering::Relaxed);
+            self.successes.fetch_add(TRY, Ordering::Relaxed);
+        }
+    }
+
+    /// Halves both counts where they are large.
+    pub fn limit(&mut self) {
+        if *self.attempts.get_mut() >= TRY * MANY_TRIES {
+            *self.attempts.get_mut() /= 2;
+            *self.successes.get_mut() /= 2;
         }
     }
 
     /// Attempts and successes so far.
-    pub fn get(&self) -> [u32; 2] {
-        [self.attempts.load(Ordering::Relaxed), self.successes.load(Ordering::Relaxed)]
+    pub fn get(&self) -> [f32; 2] {
+        [&self.attempts, &self.successes].map(|n| n.load(Ordering::Relaxed) as f32 * (1.0 / TRY as f32))
     }
 }
 
@@ -214,16 +229,20 @@ impl Energies {
     }
 }
 
+/// More than this is not kept of a fluence.
+const MOST_FLUENCE: f32 = f32::MAX / 4.0;
+
 /// Writes what the sensors receive of entry `k` of a point.
 pub fn pack(sensors: &Sensors, k: usize, fluence: &mut [f32], shares: &mut [u8]) {
     let (planes, count) = (&sensors[..PLANES], fluence.len());
     let most = planes.iter().copied().fold(0.0, f32::max);
     let all = if sensors[OMNIDIRECTIONAL] > 0.0 { sensors[OMNIDIRECTIONAL] } else { most };
-    fluence[k] = all;
     for (row, &energy) in planes.iter().enumerate() {
         // At least 1 where there is anything.
         shares[row * count + k] = if energy > 0.0 { (energy / all * 255.0).clamp(1.0, 255.0).ceil() as u8 } else { 0 };
     }
+    // So that what several sensors give together is finite.
+    fluence[k] = all.min(MOST_FLUENCE);
 }
 
 /// What the sensors receive of entry `k`, as it was kept.

@@ -54,7 +54,8 @@ impl Emitter {
         Self {
             centre: bounds.centre,
             radius_squared: larger(bounds.radius * bounds.radius, f32::MIN_POSITIVE),
-            strength: if strength.is_finite() { larger(strength, 0.0) } else { 0.0 },
+            // NaN becomes 0.
+            strength: larger(strength, 0.0).min(f32::MAX / 4.0),
             axis: bounds.axis,
             cos_normals: bounds.cos_normals,
             two_sided: f32::from(u8::from(light.two_sided)),

@@ -186,13 +186,19 @@ impl Job {
             let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking };
             let done_now = context.run(&mut film);
             counters += done_now;
-            iterations.push(Iteration::new(pass, &done_now));
-            if interrupt.load(Ordering::Relaxed) {
-                break;
+            let mut iteration = Iteration::new(pass, &done_now);
+            let is_interrupted = interrupt.load(Ordering::Relaxed);
+            if !is_interrupted {
+                done += pass;
             }
-            done += pass;
-            if done < limit {
+            if !is_interrupted && done < limit {
+                let start = Instant::now();
                 self.world.light_choice.learn(&self.world.lights);
+                iteration.learning = start.elapsed().as_secs_f64();
+            }
+            iterations.push(iteration);
+            if is_interrupted {
+                break;
             }
             let error = film.error_estimate();
             tracking.pass_ended(error);

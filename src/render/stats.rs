@@ -61,13 +61,16 @@ pub struct Iteration {
     pub shadow_rays: u64,
     /// The share of them that was blocked: it falls as visibility is learned.
     pub blocked: f64,
+    /// Wall-clock seconds that taking over what it taught took.
+    pub learning: f64,
 }
 
 impl Iteration {
     /// What `counters` of an iteration of `samples` a pixel come to.
     pub fn new(samples: u32, counters: &Counters) -> Self {
         let shadow_rays = counters.shadow_rays;
-        Self { samples, shadow_rays, blocked: counters.shadow_rays_blocked as f64 / shadow_rays.max(1) as f64 }
+        let blocked = counters.shadow_rays_blocked as f64 / shadow_rays.max(1) as f64;
+        Self { samples, shadow_rays, blocked, learning: 0.0 }
     }
 }
 

@@ -42,6 +42,7 @@ impl Parts for Primitives<'_> {
         bounds(self.shape, id, self.sampler.share_by_area(self.shape, id), self.two_sided)
     }
 
+    /// Not asked for, with one primitive in a leaf.
     fn importance(&self, id: u32, receiver: &Receiver) -> f32 {
         Node::new(&self.bounds(id), true, 0).importance(receiver)
     }

@@ -3,7 +3,7 @@
 //!
 //! Where each part goes follows from the numbers of lights alone, so the tree is the same with any number of threads. Its depth is
 //! bounded: what the heuristic cannot tell apart, or would peel off light by light, is halved. Bounds of lights are worked out anew for
-//! every cut of a long list and kept only while a short one is built ([`SHORT`]), so that building takes little more than the tree itself.
+//! every cut of a long list and kept only while a short one is built ([`SHORT`]), so that building takes little more than the tree itself, twice at the end.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,8 +16,8 @@ use super::node::{Node, Pair};
 /// No leaf is deeper.
 pub const MAX_DEPTH: u32 = 62;
 
-/// Up to this many lights, a task of its own keeps their bounds.
-const SHORT: usize = 1 << 14;
+/// Up to this many lights, a task of its own keeps their bounds, which takes 4 MiB.
+const SHORT: usize = 1 << 16;
 
 /// Longer lists are gone through in pieces of this length, side by side.
 pub(super) const PIECE: usize = 1 << 14;

@@ -46,7 +46,9 @@ impl Parts for Lights {
 
     #[inline]
     fn importance(&self, id: u32, receiver: &Receiver) -> f32 {
-        self.contribution(LightId(id), receiver)
+        let contribution = self.contribution(LightId(id), receiver);
+        // An estimate of 0 is not relied upon: bounds decide.
+        if contribution > 0.0 { contribution } else { Node::new(&self.bounds(id), true, 0).importance(receiver) }
     }
 }
 
@@ -111,7 +113,7 @@ impl LightTree {
             return None;
         }
         let mut order = ids.into_boxed_slice();
-        let pairs = build(parts, &mut order, most_in_leaf.min(MOST_IN_LEAF));
+        let pairs = build(parts, &mut order, most_in_leaf.clamp(1, MOST_IN_LEAF));
         let mut places = vec![OUTSIDE; count].into_boxed_slice();
         for (place, &id) in order.iter().enumerate() {
             places[id as usize] = place as u32;
