@@ -103,8 +103,8 @@ pub struct CachePoints {
     lookup: NearestPoint,
     blur: BlurWeights,
     table: Table,
-    /// How often lists were made anew.
-    refinements: u32,
+    /// How many iterations there were.
+    iterations: u32,
     /// All lights that shine, for the small chance that any is chosen.
     uniform: Uniform,
     statistics: CacheStatistics,
@@ -164,7 +164,7 @@ impl CachePoints {
         let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
         let uniform = Uniform::new(lights, dark);
         let mut cache =
-            Self { settings, hierarchy, positions, radii, lookup, blur, table, refinements: 0, uniform, statistics };
+            Self { settings, hierarchy, positions, radii, lookup, blur, table, iterations: 0, uniform, statistics };
         cache.statistics.describe(&cache.table);
         cache.statistics.bytes = cache.memory();
         Some(cache)
@@ -173,8 +173,8 @@ impl CachePoints {
     /// Takes over what was learned since the last call: from now on lights are selected by it.
     pub fn learn(&mut self, lights: &Lights) {
         self.update();
-        if self.refines() && self.refinements < refine::TIMES {
-            self.refinements += 1;
+        self.iterations += 1;
+        if self.refines() && refine::AFTER.contains(&self.iterations) {
             let places: Vec<Site> = places(&self.positions, &self.radii).collect();
             let most = most_entries(places.len(), &self.settings);
             self.table = refine::refined(&self.hierarchy, lights, &self.table, &places, most);

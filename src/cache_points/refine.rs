@@ -1,5 +1,5 @@
 //! Lists made anew from what was learned. **Ours:** a list that was gathered without occlusion spends most of its entries on lights that turn
-//! out to be hidden. After each of the first iterations every point goes down the light hierarchy again, now by energy × W: what is
+//! out to be hidden. After early iterations every point goes down the light hierarchy again, now by energy × W: what is
 //! hidden falls back into few clusters, and their entries go to lights that arrive.
 
 use super::blur::share;
@@ -8,8 +8,8 @@ use super::hierarchy::{Cluster, Hierarchy};
 use super::table::{Counter, List, Table, range};
 use crate::light::{Lights, Receiver};
 
-/// How often lists are made anew.
-pub const TIMES: u32 = 3;
+/// The iterations after which lists are made anew: with the usual ones, at 1 and 4 samples a pixel. Once more between them gains nothing.
+pub const AFTER: [u32; 2] = [1, 3];
 
 /// A cluster made of several entries counts as tried at most this often: they were not tried in the proportions that its lights will be.
 const MOST_TRIES: f32 = 16.0;
@@ -113,7 +113,7 @@ mod tests {
             table.list(0).iter().filter(in_row).count()
         };
         let before = of_row(&table);
-        for _ in 0..TIMES {
+        for _ in AFTER {
             // All but one row are hidden, and all of it is known.
             let fluence = |c: Cluster| hierarchy.energy(&lights, &c, &Receiver::medium(place.p));
             table.energies.fluence = table.list(0).iter().map(fluence).collect();

@@ -187,15 +187,28 @@ fn extremes_stay_finite() {
         lights.add_point(PointLight { p, intensity: Rgb::splat(10f32.powi(i - 12)) });
     }
     lights.add_point(PointLight { p: Vec3::splat(1e17), intensity: Rgb::WHITE });
+    check_sums(&lights);
+    // A sky and a sun as bright as numbers go.
+    lights.add_infinite(InfiniteLight::Constant(Rgb::splat(f32::MAX)));
+    lights.add_distant(DistantLight { wi: Vec3::Y, irradiance: Rgb::splat(f32::MAX) });
+    check_sums(&lights);
+}
+
+/// Probabilities are those of sampling, and add up to 1.
+fn check_sums(lights: &Lights) {
     for (gathering, visibility) in ALL {
-        let mut cache = build(&lights, settings(gathering, visibility));
-        teach(&mut cache, &lights, 2, |_| true);
+        let mut cache = build(lights, settings(gathering, visibility));
+        teach(&mut cache, lights, 2, |_| true);
         let mut scratch = CacheScratch::default();
         let there = [5.0, 1e18].map(|x| Receiver::medium(Vec3::splat(x)));
         for receiver in receivers(50, 8).chain(there) {
-            cache.prepare(&lights, &receiver, &mut scratch);
-            let sum: f64 = lights.ids().map(|id| f64::from(cache.pmf(&lights, id, &scratch))).sum();
+            cache.prepare(lights, &receiver, &mut scratch);
+            let sum: f64 = lights.ids().map(|id| f64::from(cache.pmf(lights, id, &scratch))).sum();
             assert!((sum - 1.0).abs() < 1e-4, "{sum} at {receiver:?}");
+            for u in [0.0, 0.3, 0.5, 0.9, 1.0 - f64::EPSILON] {
+                let (id, pmf, _) = cache.sample(lights, u, &scratch).expect("there are lights");
+                assert_eq!(pmf, cache.pmf(lights, id, &scratch), "at {receiver:?}");
+            }
         }
     }
 }
@@ -218,9 +231,10 @@ fn threads_do_not_matter() {
     let positions = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
-            let cache = build(&lights, CacheSettings::default());
+            let mut cache = build(&lights, CacheSettings::default());
+            teach(&mut cache, &lights, 4, |id| id.0 % 3 == 0);
             let clusters = clusters(&cache);
-            (cache.points().collect::<Vec<_>>(), cache.table.energies, clusters)
+            (cache.points().collect::<Vec<_>>(), cache.table.energies, cache.table.visibility, clusters)
         })
     };
     assert_eq!(positions(1), positions(3));
