@@ -5,6 +5,7 @@
 
 mod common;
 
+use arrayvec::ArrayVec;
 use common::blocks::{Blocks, Family};
 use common::{Options, Shot, critical_z, prepare_file, prepare_text, render_job};
 use glam::Vec3;
@@ -79,8 +80,10 @@ fn teach(job: &mut Job, passes: u64, arrives: impl Fn(LightId) -> bool) {
             scratch.begin_path();
             cache.prepare(&world.lights, &receiver, &mut scratch);
             let u = choice(stream.next_f32(), stream.next_f32());
-            let (id, ..) = cache.sample(&world.lights, u, &scratch).expect("there are lights");
-            cache.record(&world.lights, id, arrives(id), &scratch);
+            let mut drawn = ArrayVec::new();
+            cache.sample(&world.lights, std::iter::once(u), &scratch, &mut drawn);
+            let drawn = drawn.first().expect("there are lights");
+            cache.record(drawn, arrives(drawn.light));
         }
         cache.learn(&world.lights);
     }

@@ -40,7 +40,7 @@ Shape "plymesh" "string filename" "mesh.ply"
 }
 
 /// Bumps of ever smaller size on (u, v) of the torus 0..1 × 0..1.
-fn bumps(u: f32, v: f32) -> f32 {
+pub fn bumps(u: f32, v: f32) -> f32 {
     let (mut height, mut amplitude, mut frequency) = (0.0, 0.5, 3.0);
     for octave in 0..7 {
         let turn = octave as f32;
@@ -64,8 +64,8 @@ fn hills(u: f32, v: f32) -> [f32; 3] {
     [4.0 * u - 2.0, 0.35 * bumps(u, v) - 0.2, 4.0 * v - 2.0]
 }
 
-/// A grid of `steps`² quads, two triangles each, as binary PLY.
-fn write_mesh(path: &Path, steps: u32, place: impl Fn(f32, f32) -> [f32; 3]) -> io::Result<()> {
+/// A grid of `steps`² quads, two triangles each, as binary PLY; `place` takes (u, v) of 0..1 × 0..1.
+pub fn write_mesh(path: &Path, steps: u32, place: impl Fn(f32, f32) -> [f32; 3]) -> io::Result<()> {
     let mut out = BufWriter::new(std::fs::File::create(path)?);
     let (vertices, faces) = ((steps + 1) * (steps + 1), 2 * steps * steps);
     write!(

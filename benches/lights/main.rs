@@ -17,6 +17,9 @@ mod compare;
 mod error;
 mod lamp;
 mod many;
+#[path = "../common/mesh.rs"]
+#[allow(dead_code, reason = "its scenes belong to another benchmark")]
+mod mesh;
 mod page;
 mod plots;
 mod ratio;

@@ -1,6 +1,7 @@
-//! Whether a sample costs the same however many lights there are: one geometry, a yard of pillars, under few and under very many point lights
-//! of the same power in all and in the same places as far as there are places.
+//! Whether a sample costs the same however many lights there are: one geometry, uneven ground with fluted pillars, under few and under very many
+//! point lights of the same power in all, strewn over the same space.
 
+use std::f32::consts::TAU;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -9,6 +10,7 @@ use lanternfish::math::sampler::Stream;
 use serde::Serialize;
 
 use super::common::Estimate;
+use super::mesh::{bumps, write_mesh};
 use super::ratio::{Ratio, show};
 use super::run::{Cost, Task, fail, render};
 use super::settings::Settings;
@@ -38,8 +40,8 @@ impl ManyResult {
 /// Seed by seed, both numbers in turn.
 pub fn measure(folder: &Path, counts: [u64; 2], settings: &Settings) -> ManyResult {
     let files = counts.map(|lights| {
-        let path = folder.join(format!("yard-{lights}.pbrt"));
-        write(&path, lights).unwrap_or_else(|error| fail(&format!("{}: {error}", path.display())));
+        let path = folder.join(format!("pillars-{lights}.pbrt"));
+        write(folder, &path, lights).unwrap_or_else(|error| fail(&format!("{}: {error}", path.display())));
         path
     });
     let scratch = tempfile::tempdir().expect("a temporary folder");
@@ -57,25 +59,38 @@ pub fn measure(folder: &Path, counts: [u64; 2], settings: &Settings) -> ManyResu
     ManyResult { few: timed(0, few), many: timed(1, many), ratio }
 }
 
-fn write(path: &Path, lights: u64) -> io::Result<()> {
+/// The ground, 120 by 120.
+fn ground(u: f32, v: f32) -> [f32; 3] {
+    [120.0 * (u - 0.5), 120.0 * (v - 0.5), 0.4 * bumps(4.0 * u, 4.0 * v) - 0.3]
+}
+
+/// A pillar 5 high, with 20 flutes and a little thicker below.
+fn pillar(u: f32, v: f32) -> [f32; 3] {
+    let radius = 0.5 - 0.08 * v - 0.03 * (20.0 * TAU * u).cos().abs();
+    [radius * (TAU * u).cos(), radius * (TAU * u).sin(), 5.0 * v - 1.0]
+}
+
+fn write(folder: &Path, path: &Path, lights: u64) -> io::Result<()> {
+    write_mesh(&folder.join("ground.ply"), 400, ground)?;
+    write_mesh(&folder.join("pillar.ply"), 120, pillar)?;
     let mut out = BufWriter::new(File::create(path)?);
     writeln!(
         out,
         r#"LookAt 0 -30 12  0 0 0  0 0 1
 Camera "perspective" "float fov" 50
 Sampler "zsobol"
-Integrator "volpath" "integer maxdepth" 3
+Integrator "volpath" "integer maxdepth" 5
 Film "rgb" "integer xresolution" 320 "integer yresolution" 180
 WorldBegin
 Material "diffuse" "rgb reflectance" [ 0.5 0.5 0.5 ]
-Shape "disk" "float radius" 60"#
+Shape "plymesh" "string filename" "ground.ply"
+ObjectBegin "pillar"
+  Shape "plymesh" "string filename" "pillar.ply"
+ObjectEnd"#
     )?;
     for index in 0..144 {
         let (x, y) = (4 * (index % 12) - 22, 4 * (index / 12) - 22);
-        writeln!(
-            out,
-            "AttributeBegin Translate {x} {y} 0 Shape \"cylinder\" \"float radius\" 0.5 \"float zmax\" 4 AttributeEnd"
-        )?;
+        writeln!(out, "AttributeBegin Translate {x} {y} 0 ObjectInstance \"pillar\" AttributeEnd")?;
     }
     let mut stream = Stream::from_seed(1);
     let intensity = 2000.0 / lights as f64;

@@ -50,7 +50,16 @@ pub fn render(task: &Task) -> Cost {
     let output = Command::new(PROGRAM)
         .arg("render")
         .arg(task.scene)
-        .args(["-q", "--resolution", task.size, "--spp", &task.spp.to_string(), "--seed", &task.seed.to_string()])
+        .args([
+            "-q",
+            "--strict",
+            "--resolution",
+            task.size,
+            "--spp",
+            &task.spp.to_string(),
+            "--seed",
+            &task.seed.to_string(),
+        ])
         .args(task.arguments)
         .arg("-o")
         .arg(task.output)

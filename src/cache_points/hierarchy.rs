@@ -5,7 +5,7 @@
 
 use arrayvec::ArrayVec;
 
-use crate::light::tree::{LightTree, MOST_IN_LEAF, Parts};
+use crate::light::tree::{LightTree, MOST_IN_LEAF, Parts, Way};
 use crate::light::{LightId, LightRef, Lights, Receiver};
 
 pub use crate::light::tree::Cluster;
@@ -116,23 +116,27 @@ impl Hierarchy {
         if distance > node.radius { (2.0 * node.radius / distance).clamp(0.1, 1.0) } else { 1.0 }
     }
 
-    /// A light below, its probability given the cluster, and what is left of `u`.
+    /// Takes ways to lights down from the clusters where they begin, all at once.
     #[inline]
-    pub fn sample_below(
-        &self,
-        lights: &Lights,
-        cluster: &Cluster,
-        receiver: &Receiver,
-        u: f64,
-    ) -> Option<(LightId, f32, f64)> {
-        if let Some(light) = self.light(cluster) {
-            return Some((light, 1.0, u));
+    pub fn descend(&self, lights: &Lights, ways: &mut [Way], receiver: &Receiver) {
+        if let Some(tree) = &self.tree {
+            tree.descend(lights, ways, receiver);
         }
-        let (light, pmf, rest) = self.tree.as_ref()?.sample(lights, cluster, receiver, u);
-        Some((LightId(light), pmf, rest))
     }
 
-    /// The probability with which [`Hierarchy::sample_below`] takes the light at `place`, which is below.
+    /// The light that a way leads to after [`Hierarchy::descend`], its probability given the cluster, and what is left of the way's number.
+    #[inline]
+    pub fn arrive(&self, lights: &Lights, way: Way, receiver: &Receiver) -> (LightId, f32, f64) {
+        match &self.tree {
+            Some(tree) if way.cluster().node != AT_INFINITY => {
+                let (light, pmf, rest) = tree.arrive(lights, way, receiver);
+                (LightId(light), pmf, rest)
+            }
+            _ => (self.at_infinity[(way.cluster().first - self.finite()) as usize], 1.0, way.rest()),
+        }
+    }
+
+    /// The probability with which a way from the cluster leads to the light at `place`, which is below.
     #[inline]
     pub fn pmf_below(&self, lights: &Lights, cluster: &Cluster, place: u32, receiver: &Receiver) -> f32 {
         match &self.tree {

@@ -3,9 +3,12 @@
 //! Every entry of the nearest point's list is weighed: far lights by what the sensors that agree with the normal receive of them, near lights at
 //! the vertex itself. One pass over a short list of numbers side by side is cheaper than the running sums of seven sensors would be to keep.
 
+use arrayvec::ArrayVec;
+
 use super::CachePoints;
 use super::linked::Named;
-use super::table::{List, PLANES, range};
+use super::table::{List, range};
+use crate::light::tree::Way;
 use crate::light::{LightId, Lights, LinkSet, Receiver};
 
 /// The share of choices made among all lights alike: what no list holds must stay reachable.
@@ -13,6 +16,29 @@ pub const UNIFORM_PROBABILITY: f64 = 0.01;
 
 /// By how much of a point's radius surface vertices look for it off their surface (and points lie off theirs).
 pub const OFF_SURFACE: f32 = 0.5;
+
+/// At most this many lights are drawn at once.
+pub const MOST_DRAWN: usize = 8;
+
+/// A light that was drawn at a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn {
+    /// Which.
+    pub light: LightId,
+    /// Its probability.
+    pub pmf: f32,
+    /// A number in [0, 1) that is uniform given the light, for choosing a part of it.
+    pub rest: f64,
+    /// The entry, among those of all points, that it belongs to.
+    entry: Option<u32>,
+}
+
+impl Drawn {
+    /// One that cache points know nothing of.
+    pub const fn new((light, pmf, rest): (LightId, f32, f64)) -> Self {
+        Self { light, pmf, rest, entry: None }
+    }
+}
 
 /// What is worked out for one vertex. One per thread, reused.
 #[derive(Clone, Debug, Default)]
@@ -121,25 +147,44 @@ impl CachePoints {
         }
     }
 
-    /// A light, its probability, and what is left of `u`.
-    pub fn sample(&self, lights: &Lights, u: f64, scratch: &CacheScratch) -> Option<(LightId, f32, f64)> {
+    /// Draws a light for each of `numbers`, all in [0, 1), at the vertex last prepared.
+    pub fn sample(
+        &self,
+        lights: &Lights,
+        numbers: impl Iterator<Item = f64>,
+        scratch: &CacheScratch,
+        drawn: &mut ArrayVec<Drawn, MOST_DRAWN>,
+    ) {
+        let (Some(point), Some(receiver)) = (scratch.point, &scratch.receiver) else { return };
         let uniform = self.uniform_probability(scratch);
-        if u < uniform {
-            let (id, _, rest) = self.uniform.sample(u / uniform);
-            return Some((id, self.pmf(lights, id, scratch), rest.clamp(0.0, 1.0 - f64::EPSILON)));
-        }
-        let target = ((u - uniform) / (1.0 - uniform)).min(1.0 - f64::EPSILON) * scratch.total;
-        let (point, receiver) = (scratch.point?, scratch.receiver.as_ref()?);
+        let (list, first) = (self.table.list(point), self.table.offsets[point as usize]);
         let of_named = scratch.named.total();
-        if target < of_named {
-            let (k, rest) = place_of(target, &scratch.named.sums);
-            let id = scratch.named.lights[k];
-            return Some((id, self.pmf(lights, id, scratch), rest));
+        let mut entries: ArrayVec<usize, MOST_DRAWN> = ArrayVec::new();
+        let mut ways: ArrayVec<Way, MOST_DRAWN> = ArrayVec::new();
+        for u in numbers {
+            let target = ((u - uniform) / (1.0 - uniform)).min(1.0 - f64::EPSILON) * scratch.total;
+            if u >= uniform && target >= of_named {
+                let (k, rest) = place_of(target - of_named, &scratch.sums);
+                entries.push(k);
+                ways.push(Way::from(list.get(k), rest));
+                continue;
+            }
+            let (light, rest) = if u < uniform {
+                let (light, _, rest) = self.uniform.sample(u / uniform);
+                (light, rest.clamp(0.0, 1.0 - f64::EPSILON))
+            } else {
+                let (k, rest) = place_of(target, &scratch.named.sums);
+                (scratch.named.lights[k], rest)
+            };
+            let entry = self.entry_of(lights, light, &list).map(|k| first + k as u32);
+            drawn.push(Drawn { light, pmf: self.pmf(lights, light, scratch), rest, entry });
         }
-        let (k, rest) = place_of(target - of_named, &scratch.sums);
-        let cluster = self.table.list(point).get(k);
-        let (id, below, rest) = self.hierarchy.sample_below(lights, &cluster, receiver, rest)?;
-        Some((id, self.mixed(id, uniform, entry_weight(k, below, scratch), scratch), rest))
+        self.hierarchy.descend(lights, &mut ways, receiver);
+        for (k, way) in entries.into_iter().zip(ways) {
+            let (light, below, rest) = self.hierarchy.arrive(lights, way, receiver);
+            let pmf = self.mixed(light, uniform, entry_weight(k, below, scratch), scratch);
+            drawn.push(Drawn { light, pmf, rest, entry: Some(first + k as u32) });
+        }
     }
 
     /// The probability of `id` at the vertex last prepared.
@@ -163,7 +208,7 @@ impl CachePoints {
             return Some(named.sums[k] - if k > 0 { named.sums[k - 1] } else { 0.0 });
         }
         let place = self.hierarchy.place(lights, id)?;
-        let list = self.list(scratch)?;
+        let list = self.table.list(scratch.point?);
         let k = list.find(place)?;
         // The way down a cluster need not be gone for nothing.
         if scratch.weights[k] == 0.0 {
@@ -173,35 +218,25 @@ impl CachePoints {
         Some(entry_weight(k, below, scratch))
     }
 
-    /// The list in use.
+    /// The number of the entry of `list` that `id` belongs to.
     #[inline]
-    fn list(&self, scratch: &CacheScratch) -> Option<List<'_>> {
-        Some(self.table.list(scratch.point?))
+    fn entry_of(&self, lights: &Lights, id: LightId, list: &List<'_>) -> Option<usize> {
+        list.find(self.hierarchy.place(lights, id)?)
     }
 
-    /// The number of the entry that `id` belongs to at the vertex last prepared, among those of all points.
+    /// What is known of the visibility of a light where it was drawn, as the factor W that its weight has; 1 where nothing is known.
     #[inline]
-    fn entry(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> Option<usize> {
-        let k = self.list(scratch)?.find(self.hierarchy.place(lights, id)?)?;
-        Some(self.table.offsets[scratch.point? as usize] as usize + k)
+    pub fn visibility(&self, drawn: &Drawn) -> f32 {
+        drawn.entry.map_or(1.0, |entry| self.table.visibility[entry as usize])
     }
 
-    /// What is known of the visibility of `id` from the vertex last prepared, as the factor W that its weight has.
+    /// Tells what became of a shadow ray to a light that was drawn.
     #[inline]
-    pub fn visibility(&self, lights: &Lights, id: LightId, scratch: &CacheScratch) -> f32 {
-        if scratch.named.lights.binary_search(&id).is_ok() {
-            return 1.0;
-        }
-        self.entry(lights, id, scratch).map_or(1.0, |entry| self.table.visibility[entry])
-    }
-
-    /// Tells what became of a shadow ray to `id` at the vertex last prepared.
-    #[inline]
-    pub fn record(&self, lights: &Lights, id: LightId, is_visible: bool, scratch: &CacheScratch) {
+    pub fn record(&self, drawn: &Drawn, is_visible: bool) {
         if self.learns()
-            && let Some(entry) = self.entry(lights, id, scratch)
+            && let Some(entry) = drawn.entry
         {
-            self.table.counters[entry].record(is_visible);
+            self.table.counters[entry as usize].record(is_visible);
         }
     }
 
@@ -232,5 +267,3 @@ fn place_of(target: f64, sums: &[f64]) -> (usize, f64) {
     let rest = sums.get(k).map_or(0.0, |sum| (target - before) / (sum - before));
     (k, rest.clamp(0.0, 1.0 - f64::EPSILON))
 }
-
-const _: () = assert!(PLANES == 6);

@@ -1,8 +1,10 @@
 //! The whole of it: probabilities against frequencies, sums of 1, what learning does to them, memory, and lights that strain numbers.
 
+use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::seed::{Candidate, scatter_in_boxes};
+use super::select::{Drawn, MOST_DRAWN};
 use super::*;
 use crate::light::selector::choice;
 use crate::light::{DistantLight, InfiniteLight, LightId, PointLight, SpotLight};
@@ -71,6 +73,14 @@ fn receivers(count: usize, seed: u64) -> impl Iterator<Item = Receiver> {
     })
 }
 
+/// A light for each of `numbers`; there are lights.
+fn draw(cache: &CachePoints, lights: &Lights, numbers: &[f64], scratch: &CacheScratch) -> ArrayVec<Drawn, MOST_DRAWN> {
+    let mut drawn = ArrayVec::new();
+    cache.sample(lights, numbers.iter().copied(), scratch, &mut drawn);
+    assert_eq!(drawn.len(), numbers.len());
+    drawn
+}
+
 /// Draws at random vertices and calls most of them failures.
 fn teach(cache: &mut CachePoints, lights: &Lights, passes: u32, success: impl Fn(LightId) -> bool) {
     let mut scratch = CacheScratch::default();
@@ -79,8 +89,8 @@ fn teach(cache: &mut CachePoints, lights: &Lights, passes: u32, success: impl Fn
         for receiver in receivers(300, u64::from(pass)) {
             cache.prepare(lights, &receiver, &mut scratch);
             let u = choice(stream.next_f32(), stream.next_f32());
-            let (id, ..) = cache.sample(lights, u, &scratch).expect("there are lights");
-            cache.record(lights, id, success(id), &scratch);
+            let drawn = draw(cache, lights, &[u], &scratch)[0];
+            cache.record(&drawn, success(drawn.light));
         }
         cache.learn(lights);
     }
@@ -122,7 +132,7 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
             let mut rest = crate::math::chi2::Moments::default();
             for _ in 0..50_000 {
                 let u = choice(stream.next_f32(), stream.next_f32());
-                let (id, pmf, left) = cache.sample(&lights, u, &scratch).expect("there are lights");
+                let Drawn { light: id, pmf, rest: left, .. } = draw(&cache, &lights, &[u], &scratch)[0];
                 assert!(pmf > 0.0 && pmf == cache.pmf(&lights, id, &scratch));
                 assert!((0.0..1.0).contains(&left));
                 counts[id.0 as usize] += 1.0;
@@ -206,10 +216,27 @@ fn check_sums(lights: &Lights) {
             let sum: f64 = lights.ids().map(|id| f64::from(cache.pmf(lights, id, &scratch))).sum();
             assert!((sum - 1.0).abs() < 1e-4, "{sum} at {receiver:?}");
             for u in [0.0, 0.3, 0.5, 0.9, 1.0 - f64::EPSILON] {
-                let (id, pmf, _) = cache.sample(lights, u, &scratch).expect("there are lights");
+                let Drawn { light: id, pmf, .. } = draw(&cache, lights, &[u], &scratch)[0];
                 assert_eq!(pmf, cache.pmf(lights, id, &scratch), "at {receiver:?}");
             }
         }
+    }
+}
+
+#[test]
+fn lights_drawn_together_are_those_drawn_alone() {
+    let lights = lights(300, 6);
+    let cache = build(&lights, CacheSettings::default());
+    let (mut stream, mut scratch) = (Stream::from_seed(9), CacheScratch::default());
+    let sorted = |mut drawn: Vec<Drawn>| {
+        drawn.sort_by_key(|d| (d.light, d.rest.to_bits()));
+        drawn
+    };
+    for receiver in receivers(300, 10) {
+        cache.prepare(&lights, &receiver, &mut scratch);
+        let numbers = [(); MOST_DRAWN].map(|()| choice(stream.next_f32(), stream.next_f32()));
+        let alone = numbers.iter().map(|&u| draw(&cache, &lights, &[u], &scratch)[0]).collect();
+        assert_eq!(sorted(alone), sorted(draw(&cache, &lights, &numbers, &scratch).to_vec()), "at {receiver:?}");
     }
 }
 

@@ -4,14 +4,16 @@
 //! The point may be resampled from several candidates, weighed with the BSDF or phase function and the cosine, before its ray is traced
 //! (Talbot, Cline, Egbert, "Importance Resampling for Global Illumination", EGSR 2005).
 
+use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::flight::{MediumVertex, PathState, transmittance};
 use super::path::{PathSettings, Scratch};
 use super::world::World;
+use crate::cache_points::select::{Drawn, MOST_DRAWN};
 use crate::geometry::{Ray, SurfacePoint};
 use crate::light::selector::choice;
-use crate::light::{LightId, LightSample, LinkSet, Receiver};
+use crate::light::{LightSample, LinkSet, Receiver};
 use crate::material::Bsdf;
 use crate::math::Rgb;
 use crate::math::robust::offset_ray_origin;
@@ -109,7 +111,7 @@ pub struct DirectLight<'a> {
 
 /// A point on a light, as one way to gather light at the vertex.
 struct Candidate {
-    light: LightId,
+    drawn: Drawn,
     sample: LightSample,
     /// Scattered share of radiance.
     f: Rgb,
@@ -146,35 +148,34 @@ impl DirectLight<'_> {
     /// with those of BSDF sampling whatever resampling does.
     #[inline]
     fn choose(&self, draw: u32, scratch: &mut Scratch) -> Option<(Candidate, f32)> {
+        let Self { world, random, index, .. } = *self;
         let count = self.settings.light_candidates;
-        let [u_light, u0, u1, u_part] = self.random.draw_nth::<4>(self.index, Dimension::Light, draw * count);
-        if count == 1 {
-            return Some((self.candidate(draw, [u0, u1], choice(u_light, u_part), scratch)?, 1.0));
+        let [u_light, u0, u1, u_part] = random.draw_nth::<4>(index, Dimension::Light, draw * count);
+        let u_light = choice(u_light, u_part);
+        let mut u_keep = 0.0;
+        if count > 1 {
+            u_keep = f64::from(random.draw_nth::<1>(index, Dimension::Resample, draw)[0]);
         }
         // The candidates' lights are stratified among themselves.
         let strata = 1.0 / f64::from(count);
-        let u_light = choice(u_light, u_part);
-        let [u_keep] = self.random.draw_nth::<1>(self.index, Dimension::Resample, draw);
-        let mut u_keep = f64::from(u_keep);
         let mut kept: Option<Candidate> = None;
         let mut total = 0.0;
-        for k in 0..count {
-            let [u0, u1] = if k == 0 {
-                [u0, u1]
-            } else {
-                self.random.draw_nth::<2>(self.index, Dimension::Light, draw * count + k)
-            };
-            let Some(candidate) = self.candidate(draw, [u0, u1], (u_light + f64::from(k)) * strata, scratch) else {
-                continue;
-            };
-            total += candidate.worth;
-            // Reservoir sampling; what is left of the number decides the next one.
-            let share = candidate.worth / total;
-            if u_keep < share || kept.is_none() {
-                u_keep /= share;
-                kept = Some(candidate);
-            } else {
-                u_keep = (u_keep - share) / (1.0 - share);
+        let mut drawn = ArrayVec::new();
+        for first in (0..count).step_by(MOST_DRAWN) {
+            let numbers = (first..count.min(first + MOST_DRAWN as u32)).map(|k| (u_light + f64::from(k)) * strata);
+            world.light_choice.sample(&world.lights, draw, numbers, &scratch.lights, &mut drawn);
+            for (k, drawn) in (first..).zip(drawn.drain(..)) {
+                let nth = || random.draw_nth::<2>(index, Dimension::Light, draw * count + k);
+                let Some(candidate) = self.candidate(&drawn, if k == 0 { [u0, u1] } else { nth() }) else { continue };
+                total += candidate.worth;
+                // Reservoir sampling; what is left of the number decides the next one.
+                let share = candidate.worth / total;
+                if u_keep < share || kept.is_none() {
+                    u_keep /= share;
+                    kept = Some(candidate);
+                } else {
+                    u_keep = (u_keep - share) / (1.0 - share);
+                }
             }
         }
         let kept = kept?;
@@ -182,17 +183,17 @@ impl DirectLight<'_> {
         Some((kept, weight as f32))
     }
 
-    /// A light and a point on it, unless nothing can come from there.
+    /// A point on a light that was drawn, unless nothing can come from there.
     #[inline]
-    fn candidate(&self, draw: u32, u: [f32; 2], u_light: f64, scratch: &mut Scratch) -> Option<Candidate> {
+    fn candidate(&self, drawn: &Drawn, u: [f32; 2]) -> Option<Candidate> {
         let world = self.world;
-        let (light, pmf, u_part) = world.light_choice.sample(&world.lights, draw, u_light, &scratch.lights)?;
+        let Drawn { light, pmf, rest, .. } = *drawn;
         if !world.lights.is_linked(self.vertex.links(world), light) {
             return None;
         }
-        let sample = world.lights.sample(&world.geometry, light, self.vertex.p(), self.time, u, u_part);
+        let sample = world.lights.sample(&world.geometry, light, self.vertex.p(), self.time, u, rest);
         let Some(sample) = sample.filter(|sample| !sample.radiance.is_black()) else {
-            world.light_choice.record(&world.lights, light, false, &scratch.lights);
+            world.light_choice.record(drawn, false);
             return None;
         };
         let (f, scatter_pdf) = self.vertex.scatter(self.wo, sample.wi);
@@ -203,24 +204,24 @@ impl DirectLight<'_> {
         let pdf = if sample.is_delta { light_pdf } else { light_pdf + scatter_pdf };
         let mut worth = f64::from((f * sample.radiance).luminance()) / f64::from(pdf);
         if self.settings.light_candidates > 1 {
-            worth *= f64::from(world.light_choice.visibility(&world.lights, light, &scratch.lights));
+            worth *= f64::from(world.light_choice.visibility(drawn));
         }
         let worth = if worth > f64::MIN_POSITIVE { worth } else { f64::MIN_POSITIVE };
-        Some(Candidate { light, sample, f, scatter_pdf, light_pdf, worth })
+        Some(Candidate { drawn: *drawn, sample, f, scatter_pdf, light_pdf, worth })
     }
 
     /// What arrives from a candidate, by one shadow ray.
     #[inline]
     fn connect<const MEDIA: bool>(&self, candidate: &Candidate, scratch: &mut Scratch) -> Rgb {
         let Self { world, ref vertex, path, random, index, .. } = *self;
-        let Candidate { light, sample, f, scatter_pdf, light_pdf, .. } = candidate;
+        let Candidate { drawn, sample, f, scatter_pdf, light_pdf, .. } = candidate;
         let origin = vertex.ray_origin(sample.wi);
         let (direction, t_max) = sample.segment(origin);
         let opacity_seed = random.hash(index, Dimension::Light);
         let ray = Ray { origin, direction, t_max, time: self.time, opacity_seed };
         scratch.counters.shadow_rays += 1;
         let is_blocked = world.tracer.occluded(&ray);
-        world.light_choice.record(&world.lights, *light, !is_blocked, &scratch.lights);
+        world.light_choice.record(drawn, !is_blocked);
         if is_blocked {
             scratch.counters.shadow_rays_blocked += 1;
             return Rgb::BLACK;

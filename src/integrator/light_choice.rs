@@ -1,6 +1,9 @@
 //! How the path chooses lights at its vertices: by a selector that knows the lights alone, or by cache points that have learned what
 //! arrives. Also how pilot paths are recorded: they choose no light, and what a choice would have been made for is kept.
 
+use arrayvec::ArrayVec;
+
+use crate::cache_points::select::{Drawn, MOST_DRAWN};
 use crate::cache_points::{CachePoints, CacheScratch};
 use crate::light::selector::{LightSelector, SelectorScratch};
 use crate::light::{LightId, Lights, Receiver};
@@ -53,13 +56,23 @@ impl LightChoice {
         }
     }
 
-    /// The light of draw number `draw`, its probability, and a number in [0, 1) that is uniform given the light.
+    /// Draws a light for each of `numbers`, all in [0, 1) and [`MOST_DRAWN`] at most, as one that draw number `draw` may choose.
     #[inline]
-    pub fn sample(&self, lights: &Lights, draw: u32, u: f64, scratch: &LightScratch) -> Option<(LightId, f32, f64)> {
+    pub fn sample(
+        &self,
+        lights: &Lights,
+        draw: u32,
+        numbers: impl Iterator<Item = f64>,
+        scratch: &LightScratch,
+        drawn: &mut ArrayVec<Drawn, MOST_DRAWN>,
+    ) {
         match self {
-            Self::Selector(selector) => selector.sample(lights, draw, u, &scratch.selector),
-            Self::CachePoints(cache) => cache.sample(lights, u, &scratch.cache),
-            Self::Pilot => None,
+            Self::Selector(selector) => {
+                let sample = |u| selector.sample(lights, draw, u, &scratch.selector);
+                drawn.extend(numbers.filter_map(sample).map(Drawn::new));
+            }
+            Self::CachePoints(cache) => cache.sample(lights, numbers, &scratch.cache, drawn),
+            Self::Pilot => {}
         }
     }
 
@@ -73,20 +86,20 @@ impl LightChoice {
         }
     }
 
-    /// The factor that the weight of `id` has at the receiver last prepared because it is often hidden there; 1 where nothing is known.
+    /// The factor that the weight of a drawn light has because it is often hidden; 1 where nothing is known.
     #[inline]
-    pub fn visibility(&self, lights: &Lights, id: LightId, scratch: &LightScratch) -> f32 {
+    pub fn visibility(&self, drawn: &Drawn) -> f32 {
         match self {
-            Self::CachePoints(cache) => cache.visibility(lights, id, &scratch.cache),
+            Self::CachePoints(cache) => cache.visibility(drawn),
             Self::Selector(_) | Self::Pilot => 1.0,
         }
     }
 
-    /// Tells what became of the shadow ray to a light drawn at the receiver last prepared.
+    /// Tells what became of the shadow ray to a drawn light.
     #[inline]
-    pub fn record(&self, lights: &Lights, id: LightId, is_visible: bool, scratch: &LightScratch) {
+    pub fn record(&self, drawn: &Drawn, is_visible: bool) {
         if let Self::CachePoints(cache) = self {
-            cache.record(lights, id, is_visible, &scratch.cache);
+            cache.record(drawn, is_visible);
         }
     }
 

@@ -25,6 +25,7 @@ use super::{LightId, Lights, Receiver};
 
 pub use bounds::LightBounds;
 pub use cut::Cut;
+pub use sample::Way;
 
 /// Lights in a leaf at most. Asking each of them costs as much as the two levels that they replace and knows more. With 8, cache points come
 /// to choose noticeably worse, because they look into all of a leaf or none.
@@ -37,6 +38,10 @@ pub trait Parts: Sync {
 
     /// How much part `id` may matter at `receiver`: positive wherever it contributes.
     fn importance(&self, id: u32, receiver: &Receiver) -> f32;
+
+    /// Has fetched what [`Parts::importance`] is going to read, what it reads first at stage 0.
+    #[inline]
+    fn fetch(&self, _id: u32, _stage: u32) {}
 }
 
 impl Parts for Lights {
@@ -49,6 +54,11 @@ impl Parts for Lights {
         let contribution = self.contribution(LightId(id), receiver);
         // An estimate of 0 is not relied upon: bounds decide.
         if contribution > 0.0 { contribution } else { Node::new(&self.bounds(id), true, 0).importance(receiver) }
+    }
+
+    #[inline]
+    fn fetch(&self, id: u32, stage: u32) {
+        Self::fetch(self, LightId(id), stage);
     }
 }
 

@@ -4,6 +4,7 @@
 //! The probability of a light is the product, from the top, of the same f32 numbers whether it is drawn or asked for.
 
 use arrayvec::ArrayVec;
+use prefetch_index::prefetch_index;
 
 use super::node::Node;
 use super::{Cluster, LightTree, MOST_IN_LEAF, Parts};
@@ -67,39 +68,123 @@ impl InLeaf {
     }
 }
 
+/// A way down the tree, from a cluster to one of its lights.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    cluster: Cluster,
+    /// What is left of the random number, below `width`: no division on the way down.
+    left: f64,
+    width: f64,
+    pmf: f32,
+    /// The pair that it comes to next.
+    next: Option<u32>,
+}
+
+impl Way {
+    /// About to start at `cluster` with `u` in [0, 1).
+    #[inline]
+    pub const fn from(cluster: Cluster, u: f64) -> Self {
+        Self { cluster, left: u, width: 1.0, pmf: 1.0, next: None }
+    }
+
+    /// Where it is.
+    #[inline]
+    pub const fn cluster(&self) -> &Cluster {
+        &self.cluster
+    }
+
+    /// What is left of its random number, in [0, 1).
+    #[inline]
+    pub fn rest(&self) -> f64 {
+        (self.left / self.width).clamp(0.0, 1.0 - f64::EPSILON)
+    }
+}
+
 impl LightTree {
     /// A light of `cluster`, its probability given the cluster, and what is left of `u` in [0, 1).
     #[inline]
     pub fn sample(&self, parts: &impl Parts, cluster: &Cluster, receiver: &Receiver, u: f64) -> (u32, f32, f64) {
-        let Cluster { mut first, mut count, mut node } = *cluster;
-        let mut pmf = 1.0;
-        // `left` of `width` is what is left of `u`: no division on the way down. The branch lets the processor fetch ahead where it
-        // guesses right, which is quicker than selecting without one.
-        let (mut left, mut width) = (u, 1.0);
-        while count > 1 && !self.node(node).is_leaf() {
-            let pair = self.pair_below(node);
-            let (nodes, middle) = self.pair(pair);
-            let p = self::first(nodes, receiver);
-            let cut = width * f64::from(p);
-            if left < cut {
-                width = cut;
-                pmf *= p;
-                (count, node) = (middle - first, 2 * pair);
-            } else {
-                left -= cut;
-                width -= cut;
-                pmf *= 1.0 - p;
-                (first, count, node) = (middle, first + count - middle, 2 * pair + 1);
+        let mut way = Way::from(*cluster, u);
+        self.look_ahead(&mut way);
+        while self.step(&mut way, receiver) {}
+        self.arrive(parts, way, receiver)
+    }
+
+    /// Takes all of `ways` down to their leaves, from where [`LightTree::arrive`] goes on. They take their steps in turn, so that the
+    /// processor waits for the nodes of all of them at once: with millions of lights most nodes are far from it.
+    #[inline]
+    pub fn descend(&self, parts: &impl Parts, ways: &mut [Way], receiver: &Receiver) {
+        let mut goes_on = true;
+        ways.iter_mut().for_each(|way| self.look_ahead(way));
+        while goes_on {
+            goes_on = false;
+            for way in &mut *ways {
+                goes_on |= self.step(way, receiver);
             }
         }
-        let lights = &self.order[first as usize..(first + count) as usize];
-        let mut k = 0;
-        if count > 1 {
-            let leaf = InLeaf::new(parts, lights, receiver);
-            (k, left, width) = leaf.sample(left, width);
-            pmf *= leaf.0[k];
+        for stage in 0..2 {
+            for way in &*ways {
+                self.below(way).iter().for_each(|&id| parts.fetch(id, stage));
+            }
         }
-        (lights[k], pmf, (left / width).clamp(0.0, 1.0 - f64::EPSILON))
+    }
+
+    /// The lights that are left of a way's cluster in its leaf.
+    #[inline]
+    fn below(&self, way: &Way) -> &[u32] {
+        let Cluster { first, count, .. } = way.cluster;
+        // One light may lie outside.
+        self.order.get(first as usize..(first + count) as usize).unwrap_or(&[])
+    }
+
+    /// One step down; false where there is none.
+    #[inline(always)]
+    fn step(&self, way: &mut Way, receiver: &Receiver) -> bool {
+        let Some(pair) = way.next else { return false };
+        let Cluster { first, count, .. } = way.cluster;
+        let (nodes, middle) = self.pair(pair);
+        let p = self::first(nodes, receiver);
+        let cut = way.width * f64::from(p);
+        // Without a branch: half of its guesses would be wrong.
+        let is_second = way.left >= cut;
+        let (rest, width) = (way.left - cut, way.width - cut);
+        way.left = if is_second { rest } else { way.left };
+        way.width = if is_second { width } else { cut };
+        way.pmf *= if is_second { 1.0 - p } else { p };
+        way.cluster = Cluster {
+            first: if is_second { middle } else { first },
+            count: if is_second { first + count - middle } else { middle - first },
+            node: 2 * pair + u32::from(is_second),
+        };
+        self.look_ahead(way);
+        true
+    }
+
+    /// Finds the pair that a way comes to next, or its leaf, and has it fetched while other ways take their steps.
+    #[inline(always)]
+    fn look_ahead(&self, way: &mut Way) {
+        let Cluster { first, count, node } = way.cluster;
+        way.next = None;
+        if count > 1 && !self.node(node).is_leaf() {
+            let pair = self.pair_below(node);
+            way.next = Some(pair);
+            prefetch_index(&self.pairs, pair as usize);
+        } else {
+            prefetch_index(&self.order, first as usize);
+        }
+    }
+
+    /// The light that a way leads to from its leaf, its probability given where the way began, and what is left of its number, in [0, 1).
+    #[inline]
+    pub fn arrive(&self, parts: &impl Parts, way: Way, receiver: &Receiver) -> (u32, f32, f64) {
+        let Cluster { first, count, .. } = way.cluster;
+        let lights = &self.order[first as usize..(first + count) as usize];
+        if count == 1 {
+            return (lights[0], way.pmf, way.rest());
+        }
+        let leaf = InLeaf::new(parts, lights, receiver);
+        let (k, left, width) = leaf.sample(way.left, way.width);
+        (lights[k], way.pmf * leaf.0[k], Way { left, width, ..way }.rest())
     }
 
     /// The probability with which [`LightTree::sample`] from `cluster` chooses the light at `place`, which is below it.
