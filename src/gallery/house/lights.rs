@@ -6,8 +6,8 @@ use glam::Vec3;
 
 use super::super::glow::{CANDLES, Glow};
 use super::super::mesh::Mesh;
-use super::super::text::{Dice, Number, Point, SceneText};
-use super::{HALL, Room};
+use super::super::text::{Dice, Point, SceneText};
+use super::Room;
 
 /// Puts furniture into a room.
 pub fn furnish(t: &mut SceneText, dice: &mut Dice, room: Room) {
@@ -143,56 +143,4 @@ fn strings(t: &mut SceneText, dice: &mut Dice, room: Room, count: u32, area: f32
     let each = area / count.max(20) as f32;
     let radius = (0.27 * each.sqrt()).clamp(0.014, 0.1);
     glow.bulbs(t, &places, radius, 0.7 * each / (radius * radius));
-}
-
-/// Furniture and lights of the hall: candles on a small table far down, a dim lamp beyond it.
-pub fn hall(t: &mut SceneText, dice: &mut Dice, end: f32, count: u32) {
-    t.add(format_args!("\n# The hall"));
-    let z = end - 0.4 * end.min(9.0);
-    t.of("walnut", |t| {
-        t.cuboid(Vec3::new(HALL - 0.36, 0.76, z - 0.45), Vec3::new(HALL - 0.03, 0.8, z + 0.45));
-        for dz in [-0.4, 0.4] {
-            t.cuboid(Vec3::new(HALL - 0.34, 0.0, z + dz - 0.02), Vec3::new(HALL - 0.3, 0.76, z + dz + 0.02));
-        }
-    });
-    for i in 0..count {
-        let p = Vec3::new(HALL - 0.22 + dice.between(-0.04, 0.04), 0.8, z - 0.27 + 0.18 * i as f32);
-        let tall = dice.between(0.1, 0.2);
-        t.of("linen", |t| {
-            t.add(format_args!("Translate {}", Point(p)));
-            t.mesh(&Mesh::pole(0.018, 0.0, tall));
-        });
-        Glow::Kelvin(dice.pick(&CANDLES)).bulb(t, p + Vec3::Y * (tall + 0.06), 0.05, 3.5);
-    }
-    t.add(format_args!("\n# Pictures and chairs along the hall"));
-    let mut z = 1.6;
-    while z < end - 1.0 {
-        for side in [-1.0f32, 1.0] {
-            let (a, b) = (side * (HALL - 0.03), side * HALL);
-            let (middle, half) = (z + dice.between(-0.3, 0.3) + 0.4 * side, dice.between(0.2, 0.34));
-            t.of("walnut", |t| {
-                t.cuboid(
-                    Vec3::new(a.min(b), 1.45 - half, middle - 0.8 * half),
-                    Vec3::new(a.max(b), 1.45 + half, middle + 0.8 * half),
-                )
-            });
-            let a = side * (HALL - 0.034);
-            t.of(dice.pick(&["paper-blue", "paper-green", "paper-straw", "paper-red"]), |t| {
-                let inner = half - 0.05;
-                t.cuboid(
-                    Vec3::new(a.min(b), 1.45 - inner, middle - 0.8 * inner),
-                    Vec3::new(a.max(b), 1.45 + inner, middle + 0.8 * inner),
-                );
-            });
-        }
-        z += super::LONG;
-    }
-    let turn = Number(-90.0);
-    t.block(|t| {
-        t.add(format_args!(
-            "Translate {} 0 {} Rotate {turn} 0 1 0 ObjectInstance \"chair\"",
-            Number(0.28 - HALL),
-            Number(end - 0.6 * end.min(9.0))
-        ))
-    });
 }

@@ -2,6 +2,7 @@
 //! is ajar, a salon at the end, and as much again upstairs, so that nearly every light is hidden from any place, and what
 //! comes through the doors leaks from room to room. Thin mist. Metres; y is up, the hall runs along z.
 
+mod hall;
 mod lights;
 mod walls;
 
@@ -92,7 +93,7 @@ fn text(lights: u32) -> SceneText {
     furniture::define(&mut t);
     walls::define(&mut t);
     let mut dice = Dice::new(1871);
-    let in_hall = (lights / 8).clamp(1, 4);
+    let in_hall = hall::share(lights, plan.bays);
     let (rooms, mut next) = (plan.rooms(), 0);
     let mut of_next = |places: u32| {
         next += places;
@@ -113,7 +114,7 @@ fn text(lights: u32) -> SceneText {
         lights::furnish_salon(&mut t, &mut dice, salon);
         lights::hang(&mut t, &mut dice, salon, of_next(SALON_ROOMS));
     }
-    lights::hall(&mut t, &mut dice, plan.end(), in_hall);
+    hall::furnish(&mut t, &mut dice, plan.end(), in_hall);
     t
 }
 
