@@ -3,6 +3,7 @@
 pub mod counters;
 pub mod direct;
 pub mod flight;
+mod fog_glow;
 pub mod light_choice;
 pub mod path;
 pub mod world;

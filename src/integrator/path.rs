@@ -99,9 +99,9 @@ pub fn trace_path<const MEDIA: bool>(
         if MEDIA {
             ray.t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
             let mut stream = random.stream(index, Dimension::Flight);
-            let vertex = sample_flight(world, &ray, &mut path, &mut stream, scratch, |emission| {
+            let vertex = sample_flight(world, &ray, &mut path, &mut stream, scratch, |weight, _, emission| {
                 if depth < settings.max_depth {
-                    layers.add(emission, depth, true);
+                    layers.add(weight.alone() * emission, depth, true);
                 }
             });
             if path.weight.throughput.is_black() {

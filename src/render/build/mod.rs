@@ -25,6 +25,7 @@ use crate::light::selector::tree::DEFAULT_SPLITTING;
 use crate::light::selector::{LightSelector, SelectorKind};
 use crate::material::Materials;
 use crate::math::transform::RenderSpace;
+use crate::medium::Medium;
 use crate::scene::{SceneDescription, Warnings};
 
 /// Up to this many lights, `auto` asks every light at every vertex: it costs little more than a look-up, and nothing to build. In the
@@ -98,6 +99,7 @@ pub fn build_world(
         materials,
         lights,
         light_choice,
+        fog_glows: media.media.iter().any(|m| matches!(m, Medium::Homogeneous(_)) && m.is_emissive()),
         media: media.media,
         media_links: media.links,
         volume_files: media.volume_files,
