@@ -9,6 +9,7 @@ use glam::Vec3;
 
 use super::counters::Counters;
 use super::fog_glow::FogGlow;
+use super::light_choice::LightScratch;
 use super::path::Scratch;
 use super::world::World;
 use crate::geometry::Ray;
@@ -73,7 +74,7 @@ pub struct MediumVertex {
 
 /// Follows `ray` up to `ray.t_max` (the next surface) and samples whether and where a medium scatters it. The regions of
 /// `path` are moved along, its weight is updated, and `emit` receives emission: the path's weight where it is gathered, the medium that
-/// emits (`None` for homogeneous ones, which have no light of their own), and how much.
+/// emits (`None` for homogeneous ones, which are no lights), how much, and what is known of the lights at the last vertex.
 ///
 /// A path whose weight has become black is over.
 pub fn sample_flight(
@@ -82,7 +83,7 @@ pub fn sample_flight(
     path: &mut PathState,
     stream: &mut Stream,
     scratch: &mut Scratch,
-    mut emit: impl FnMut(&PathWeight, Option<MediumId>, Rgb),
+    mut emit: impl FnMut(&PathWeight, Option<MediumId>, Rgb, &LightScratch),
 ) -> Option<MediumVertex> {
     // The list is taken out of the scratch space so that both can be used at once; its memory is kept.
     let mut crossings = std::mem::take(&mut scratch.crossings);
@@ -94,7 +95,9 @@ pub fn sample_flight(
     for i in 0..=crossings.len() {
         let t_end = crossings.get(i).map_or(ray.t_max, |c| c.t);
         if !path.regions.media().is_empty() && t_end > t_start {
-            vertex = sample_stretch(world, ray, [t_start, t_end], path, stream, &mut scratch.counters, &mut emit);
+            let Scratch { lights, counters, .. } = scratch;
+            let mut emit = |weight: &PathWeight, medium, emission| emit(weight, medium, emission, lights);
+            vertex = sample_stretch(world, ray, [t_start, t_end], path, stream, counters, &mut emit);
             if vertex.is_some() || path.weight.throughput.is_black() {
                 break;
             }

@@ -6,6 +6,7 @@ pub mod flight;
 mod fog_glow;
 pub mod light_choice;
 pub mod path;
+mod volume_light;
 pub mod world;
 
 pub use counters::Counters;

@@ -1,11 +1,14 @@
 //! A medium whose coefficients vary as grids say:
 //! μ_a = scale · density · σ_a · a, μ_s = scale · density · σ_s · s, where density, a and s are grids or 1.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3, IVec3, Vec3};
 
 use super::bounds::{Lattice, source, voxel_edge};
 use super::dda::{GridMajorants, reach_of};
 use super::emission::{Emission, EmissionShape};
+use super::energy::EnergyGrid;
 use super::field::{AnyGrid, Field, ScalarGrid};
 use super::gathering::Gathering;
 use super::majorants::Majorants;
@@ -53,6 +56,8 @@ pub struct GridMedium {
     clip_voxels: Option<(IVec3, IVec3)>,
     /// The bound outside everything; and for rays without end, which would never be done gathering emission there.
     outside: [f32; 2],
+    /// Where it emits.
+    energy: Option<Arc<EnergyGrid>>,
     bounds: Option<(Vec3, Vec3)>,
     /// All grids lie on the lattice of the density (or else of the bound).
     shared: bool,
@@ -81,6 +86,7 @@ impl GridMedium {
             cells_from_render: lattice.cells_from_render,
             clip_voxels,
             outside: [0.0; 2],
+            energy: None,
             bounds: None,
             shared: same(&parts.absorption_colour) && same(&parts.scattering_colour) && glows_there,
             plain_extinction: is_plain.then(|| (parts.sigma_a + parts.sigma_s) * parts.scale),
@@ -98,13 +104,14 @@ impl GridMedium {
         medium
     }
 
-    /// Raises the bounds to the rate at which emission is gathered.
+    /// Raises the bounds to the rate at which emission is gathered, and notes where that is.
     fn raise_for_emission(&mut self, lattice: &Lattice) {
         let Some(emission) = &self.parts.emission else { return };
         let bounds = lattice.emission(emission, &self.majorants);
         let survey = Survey::new(&bounds, &lattice.cells_from_render, self.clip_voxels, |p| self.point(p));
         let typical = survey.as_ref().map_or(0.0, Survey::typical);
         let gathering = Gathering::new(typical, voxel_edge(&lattice.cells_from_render));
+        self.energy = survey.as_ref().and_then(EnergyGrid::new).map(Arc::new);
         self.majorants = self.majorants.combined(&bounds, |extinction, e| extinction.max(gathering.rate(e)));
     }
 
@@ -216,6 +223,11 @@ impl GridMedium {
         ))
     }
 
+    /// Where it emits, if it does anywhere that is stored.
+    pub fn energy(&self) -> Option<&Arc<EnergyGrid>> {
+        self.energy.as_ref()
+    }
+
     /// A box of render space outside which there is nothing; `None` if there is something everywhere.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         self.bounds
@@ -240,6 +252,7 @@ impl GridMedium {
             + any(&parts.scattering_colour)
             + parts.emission.as_ref().map_or(0, Emission::memory)
             + self.majorants.memory()
+            + self.energy.as_ref().map_or(0, |energy| energy.memory())
     }
 
     /// One line for people.

@@ -8,6 +8,7 @@ pub mod blocks;
 mod bounds;
 pub mod dda;
 pub mod emission;
+pub mod energy;
 pub mod field;
 pub mod file;
 pub mod gathering;
