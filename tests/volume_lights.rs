@@ -180,3 +180,45 @@ fn depths_agree() {
         assert!(depth == 0 || a[0] > 0.0);
     }
 }
+
+/// No sample is NaN or infinite, and all renders end.
+#[test]
+fn extremes_end() {
+    let grid = |n: u32, values: &str, more: &str| {
+        format!(
+            "MakeNamedMedium \"g\" \"string type\" \"uniformgrid\" \"integer nx\" {n} \"integer ny\" {n} \"integer nz\" {n}
+             \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1] \"float density\" [{values}] {more}\n"
+        )
+    };
+    let le =
+        |scale: f64, radiance: f64| format!("\"float scale\" {scale} \"rgb Le\" [{radiance} {radiance} {radiance}]");
+    let cases = [
+        ("one voxel", grid(1, "1", &le(1.0, 1.0))),
+        ("empty", grid(2, "0 0 0 0 0 0 0 0", &le(1.0, 1.0))),
+        ("thin and bright", grid(2, "1 0 0 0 0 0 0 1", &le(1e-9, 1e15))),
+        ("dense", grid(2, "1 0 0 0 0 0 0 1", &le(1e3, 1e6))),
+        ("all of it", grid(2, "1e-9 1e3 0 0 1 0 0 1e-9", &le(1.0, 1e6))),
+        ("brightest", grid(1, "1", &le(1.0, 1e36))),
+        ("of one colour", grid(1, "1", "\"rgb sigma_a\" [0 0 1] \"rgb sigma_s\" [1 0 0] \"rgb Le\" [1 1 1]")),
+        ("of no colour", grid(1, "1", "\"rgb sigma_a\" [0 1 0] \"rgb sigma_s\" [1 0 0] \"rgb Le\" [1 0 1]")),
+    ];
+    for (what, medium) in cases {
+        // Also a floor that ends within the fire, and a thousandth as large.
+        for (size, height) in [(1.0, -1.2), (1.0, 0.0), (1e-3, -1.2)] {
+            let floor = FLOOR.replace("-1.2", &height.to_string());
+            let shot = Shot {
+                from: [0.0, 3.0 * size, -5.0 * size],
+                to: [0.0, -0.6 * size, 0.0],
+                size: 12,
+                depth: 4,
+                ..shot()
+            };
+            let world = format!("Scale {size} {size} {size} {floor}{medium}{}", placed("g", 1.0));
+            for lights in [LightSelection::Auto, LightSelection::CachePoints] {
+                let world = format!("LightSource \"point\" \"point3 from\" [0 2 0]\n{world}");
+                let outcome = shot.render(&world, &Options { spp: 4, lights, ..Options::default() });
+                assert_eq!(outcome.film.rejected().0, 0, "{what}, {size}, {height}");
+            }
+        }
+    }
+}

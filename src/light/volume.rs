@@ -45,7 +45,7 @@ impl VolumeLight {
         let wi = self.energy.sample(p, u, u_part)?;
         let line = self.energy.along(p, wi);
         // A direction that rounding has led past all energy.
-        let is_met = line.pdf > 0.0 && line.pdf < f32::MAX;
+        let is_met = line.pdf > 0.0;
         let end = LightEnd::Volume(self.medium);
         is_met.then_some(LightSample { wi, end, radiance: line.radiance, pdf: line.pdf, is_delta: false })
     }

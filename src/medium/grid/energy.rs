@@ -19,6 +19,9 @@ use crate::math::alias::AliasTable;
 /// Energy that no more than this share of gets out counts as if this share did.
 const LEAST_ESCAPE: f64 = 1e-3;
 
+/// Radiance and pdfs go no further, so that products with them stay finite.
+const MOST: f32 = 1e30;
+
 /// The coarse grid.
 #[derive(Debug)]
 pub struct EnergyGrid {
@@ -79,7 +82,7 @@ impl EnergyGrid {
             kept,
             pmf,
             per_volume: volume.recip(),
-            intensity: Rgb::from(intensity.map(|sum| (sum as f32).min(f32::MAX / 16.0))),
+            intensity: Rgb::from(intensity.map(|sum| (sum as f32).min(MOST))),
         };
         grid.per_volume.is_finite().then_some(grid)
     }
@@ -131,10 +134,10 @@ impl EnergyGrid {
                 lengths += pmf * length;
             }
         });
-        let finite = |x: f64| if x < f64::from(f32::MAX) { x as f32 } else { f32::MAX };
+        let finite = |x: f64| if x < f64::from(MOST) { x as f32 } else { MOST };
         Line {
             pdf: finite(cubes * self.per_volume),
-            radiance: self.intensity.map(|i| (i * finite(lengths * self.per_volume)).min(f32::MAX)),
+            radiance: self.intensity.map(|i| finite(f64::from(i) * lengths * self.per_volume)),
         }
     }
 
