@@ -161,8 +161,8 @@ type Track = fn(&World, &Ray, &mut Stream, &mut Scratch);
 
 fn flight(world: &World, ray: &Ray, stream: &mut Stream, scratch: &mut Scratch) {
     let mut path = PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: 0, links: None };
-    let vertex = sample_flight(world, ray, &mut path, stream, scratch, |emission| {
-        std::hint::black_box(emission);
+    let vertex = sample_flight(world, ray, &mut path, stream, scratch, |weight, _, emission, _| {
+        std::hint::black_box(weight.alone() * emission);
     });
     std::hint::black_box(vertex.is_some());
 }

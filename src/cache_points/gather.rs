@@ -214,7 +214,7 @@ pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec
 }
 
 /// Whether what a light gives changes too fast around a place for one value to stand for it: |x_e − x_p|² ≤ (r_p D)² (the paper's rule),
-/// **ours:** or the edge of a cone passes through.
+/// **ours:** or the edge of a cone passes through, or the bounds of a medium that emits are as near.
 fn is_near(lights: &Lights, light: LightId, place: Site) -> bool {
     let Some(centre) = lights.centre(light) else { return false };
     let to_place = place.p - centre;
@@ -222,8 +222,12 @@ fn is_near(lights: &Lights, light: LightId, place: Site) -> bool {
     if square <= (place.radius * NEAR_RADII).powi(2) {
         return true;
     }
-    let LightRef::Spot(spot) = lights.get(light) else { return false };
     let distance = square.sqrt();
+    let spot = match lights.get(light) {
+        LightRef::Spot(spot) => spot,
+        LightRef::Volume(volume) => return distance - volume.bounds().radius <= place.radius * NEAR_RADII,
+        _ => return false,
+    };
     let (angle, spanned) =
         ((to_place.dot(spot.axis) / distance).clamp(-1.0, 1.0).acos(), (place.radius / distance).asin());
     let (start, end) = (spot.cos_start.acos(), spot.cos_end.acos());

@@ -10,7 +10,7 @@ use crate::cache_points::learn::VisibilityRule;
 use crate::cache_points::{CacheSettings, DEFAULT_ENTRIES};
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
-use crate::render::{Budget, LightSelection, PngOutput, RenderSettings};
+use crate::render::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights};
 
 /// Renders scenes with very many lights and OpenVDB volumes.
 #[derive(Debug, Parser)]
@@ -70,6 +70,9 @@ pub struct RenderArguments {
     /// From how many candidates, weighed with the BSDF, the light sample of a vertex is resampled; 1 for none.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub light_candidates: Option<u32>,
+    /// Whether media that emit, given by grids, are chosen as lights.
+    #[arg(long, value_enum, default_value_t = VolumeLights::Auto)]
+    pub volume_lights: VolumeLights,
     /// Whether and how cache points learn which lights are hidden.
     #[arg(long, value_enum, default_value_t = VisibilityRule::Clusters, help_heading = "Cache points")]
     pub cache_visibility: VisibilityRule,
@@ -176,6 +179,7 @@ impl RenderArguments {
             lights: self.lights,
             splitting: self.splitting,
             light_candidates: self.light_candidates,
+            volume_lights: self.volume_lights,
             debug_cache_points: self.debug_cache_points.clone(),
             cache: CacheSettings {
                 gathering: self.cache_gathering,

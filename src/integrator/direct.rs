@@ -4,20 +4,25 @@
 //! The point may be resampled from several candidates, weighed with the BSDF or phase function and the cosine, before its ray is traced
 //! (Talbot, Cline, Egbert, "Importance Resampling for Global Illumination", EGSR 2005).
 
+use std::borrow::Cow;
+
 use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::flight::{MediumVertex, PathState, transmittance};
 use super::path::{PathSettings, Scratch};
+use super::volume_light::gather_line;
 use super::world::World;
 use crate::cache_points::select::{Drawn, MOST_DRAWN};
 use crate::geometry::{Ray, SurfacePoint};
 use crate::light::selector::choice;
-use crate::light::{LightSample, LinkSet, Receiver};
+use crate::light::{LightEnd, LightSample, LinkSet, Receiver};
 use crate::material::Bsdf;
 use crate::math::Rgb;
 use crate::math::robust::offset_ray_origin;
 use crate::math::sampler::{Dimension, SamplePoint};
+use crate::medium::MediumId;
+use crate::medium::regions::Regions;
 use crate::medium::tracker::Transmittance;
 
 /// A vertex that light is gathered at.
@@ -103,6 +108,8 @@ pub struct DirectLight<'a> {
     pub time: f32,
     /// The path up to here.
     pub path: &'a PathState,
+    /// Its bounces, that at the vertex included.
+    pub depth: u32,
     /// The sample's random numbers.
     pub random: &'a SamplePoint,
     /// The vertex's number.
@@ -196,6 +203,10 @@ impl DirectLight<'_> {
             world.light_choice.record(drawn, false);
             return None;
         };
+        // As far as paths gather what media emit (see `super::path`).
+        if matches!(sample.end, LightEnd::Volume(_)) && self.depth >= self.settings.max_depth {
+            return None;
+        }
         let (f, scatter_pdf) = self.vertex.scatter(self.wo, sample.wi);
         if f.is_black() {
             return None;
@@ -220,6 +231,9 @@ impl DirectLight<'_> {
         let opacity_seed = random.hash(index, Dimension::Light);
         let ray = Ray { origin, direction, t_max, time: self.time, opacity_seed };
         scratch.counters.shadow_rays += 1;
+        if let LightEnd::Volume(medium) = sample.end {
+            return self.connect_volume(candidate, medium, ray, scratch);
+        }
         let is_blocked = world.tracer.occluded(&ray);
         world.light_choice.record(drawn, !is_blocked);
         if is_blocked {
@@ -238,19 +252,44 @@ impl DirectLight<'_> {
         weight.throughput * *f * passed.value * sample.radiance / pdf.mean()
     }
 
+    /// What arrives from a medium that emits, gathered along the candidate's direction up to the first surface. Each point of the line could as
+    /// well have been met by a ray that the vertex sampled, and is weighed against that for itself.
+    fn connect_volume(&self, candidate: &Candidate, medium: MediumId, ray: Ray, scratch: &mut Scratch) -> Rgb {
+        let Candidate { drawn, sample, f, scatter_pdf, light_pdf, .. } = candidate;
+        let weight = &self.path.weight;
+        let mut stream = self.random.stream(self.index, Dimension::Transmittance);
+        let regions = self.regions_towards(sample.wi, scratch);
+        let mut gathered = Rgb::BLACK;
+        gather_line(self.world, ray, &regions, medium, &mut stream, scratch, |passed, emission| {
+            let pdf = weight.unidirectional * (passed.pass_probability * *scatter_pdf + Rgb::splat(*light_pdf));
+            gathered += passed.value * emission / pdf.mean();
+        });
+        let is_visible = !gathered.is_black();
+        self.world.light_choice.record(drawn, is_visible);
+        scratch.counters.shadow_rays_blocked += u64::from(!is_visible);
+        weight.throughput * *f * gathered
+    }
+
     /// The share of light that media leave on the way of a shadow ray that nothing blocks.
     fn transmittance(&self, ray: &Ray, wi: Vec3, scratch: &mut Scratch) -> Transmittance {
-        let Self { world, wo, path, .. } = *self;
         let mut stream = self.random.stream(self.index, Dimension::Transmittance);
+        let regions = self.regions_towards(wi, scratch);
+        transmittance(self.world, ray, &regions, &mut stream, scratch)
+    }
+
+    /// The regions where a ray in direction `wi` starts.
+    #[inline]
+    fn regions_towards(&self, wi: Vec3, scratch: &mut Scratch) -> Cow<'_, Regions> {
+        let Self { world, wo, path, .. } = *self;
         match &self.vertex {
             // Light from behind a surface that separates media arrives through the medium there.
             Vertex::Surface { point, .. } if (wi.dot(point.ng) < 0.0) != (wo.dot(point.ng) < 0.0) => {
                 let mut regions = path.regions.clone();
                 let fits = world.cross(&mut regions, point.shape, point.instance, wi.dot(point.ng) < 0.0);
                 scratch.counters.region_overflows += u64::from(!fits);
-                transmittance(world, ray, &regions, &mut stream, scratch)
+                Cow::Owned(regions)
             }
-            _ => transmittance(world, ray, &path.regions, &mut stream, scratch),
+            _ => Cow::Borrowed(&path.regions),
         }
     }
 }

@@ -8,6 +8,8 @@
 use glam::Vec3;
 
 use super::counters::Counters;
+use super::fog_glow::FogGlow;
+use super::light_choice::LightScratch;
 use super::path::Scratch;
 use super::world::World;
 use crate::geometry::Ray;
@@ -15,9 +17,9 @@ use crate::light::LinkSet;
 use crate::math::Rgb;
 use crate::math::phase::HenyeyGreenstein;
 use crate::math::sampler::Stream;
-use crate::medium::MediumPoint;
 use crate::medium::regions::Regions;
 use crate::medium::tracker::{Tracker, Transmittance};
+use crate::medium::{Medium, MediumId, MediumPoint};
 
 /// The weight of a path and the pdfs, relative to the hero's pdf of the path.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +73,8 @@ pub struct MediumVertex {
 }
 
 /// Follows `ray` up to `ray.t_max` (the next surface) and samples whether and where a medium scatters it. The regions of
-/// `path` are moved along, its weight is updated, and `emit` receives the emission gathered at every tentative collision.
+/// `path` are moved along, its weight is updated, and `emit` receives emission: the path's weight where it is gathered, the medium that
+/// emits (`None` for homogeneous ones, which are no lights), how much, and what is known of the lights at the last vertex.
 ///
 /// A path whose weight has become black is over.
 pub fn sample_flight(
@@ -80,7 +83,7 @@ pub fn sample_flight(
     path: &mut PathState,
     stream: &mut Stream,
     scratch: &mut Scratch,
-    mut emit: impl FnMut(Rgb),
+    mut emit: impl FnMut(&PathWeight, Option<MediumId>, Rgb, &LightScratch),
 ) -> Option<MediumVertex> {
     // The list is taken out of the scratch space so that both can be used at once; its memory is kept.
     let mut crossings = std::mem::take(&mut scratch.crossings);
@@ -92,7 +95,9 @@ pub fn sample_flight(
     for i in 0..=crossings.len() {
         let t_end = crossings.get(i).map_or(ray.t_max, |c| c.t);
         if !path.regions.media().is_empty() && t_end > t_start {
-            vertex = sample_stretch(world, ray, [t_start, t_end], path, stream, &mut scratch.counters, &mut emit);
+            let Scratch { lights, counters, .. } = scratch;
+            let mut emit = |weight: &PathWeight, medium, emission| emit(weight, medium, emission, lights);
+            vertex = sample_stretch(world, ray, [t_start, t_end], path, stream, counters, &mut emit);
             if vertex.is_some() || path.weight.throughput.is_black() {
                 break;
             }
@@ -115,21 +120,34 @@ fn sample_stretch(
     path: &mut PathState,
     stream: &mut Stream,
     counters: &mut Counters,
-    emit: &mut impl FnMut(Rgb),
+    emit: &mut impl FnMut(&PathWeight, Option<MediumId>, Rgb),
 ) -> Option<MediumVertex> {
     let PathState { weight, regions, hero, .. } = path;
     let hero = *hero;
+    let mut fog = FogGlow::Gathered;
+    if world.fog_glows {
+        fog = FogGlow::new(world, regions.media(), stretch, stream);
+        if let FogGlow::Whole(emission) = fog {
+            emit(weight, None, emission);
+        }
+    }
     let mut tracker = Tracker::new(&world.media, regions.media(), ray.origin, ray.direction, stretch, stream);
     while let Some(collision) = tracker.next(stream) {
         counters.flight_steps += 1;
+        if let FogGlow::At { t, value } = fog
+            && t <= collision.t
+        {
+            emit(weight, None, value);
+            fog = FogGlow::Gathered;
+        }
         let p = ray.origin + ray.direction * collision.t;
         let medium = world.medium(collision.medium);
         let MediumPoint { absorption, scattering, emission } = medium.point(p);
         let inverse_majorant = 1.0 / collision.majorant;
 
         // Every tentative collision gathers emission: μ_a L_e / μ̄.
-        if !emission.is_black() {
-            emit(weight.alone() * emission * inverse_majorant);
+        if !emission.is_black() && matches!(medium, Medium::Grid(_)) {
+            emit(weight, Some(collision.medium), emission * inverse_majorant);
         }
 
         // Real or null, by the hero's extinction. Absorption is not an event of its own: it goes into the weight as
@@ -160,6 +178,9 @@ fn sample_stretch(
         if weight.throughput.is_black() {
             return None;
         }
+    }
+    if let FogGlow::At { value, .. } = fog {
+        emit(weight, None, value);
     }
     None
 }

@@ -3,8 +3,10 @@
 pub mod counters;
 pub mod direct;
 pub mod flight;
+mod fog_glow;
 pub mod light_choice;
 pub mod path;
+mod volume_light;
 pub mod world;
 
 pub use counters::Counters;

@@ -8,6 +8,7 @@ use super::counters::Counters;
 use super::direct::{DirectLight, Vertex};
 use super::flight::{PathState, PathWeight, sample_flight};
 use super::light_choice::LightScratch;
+use super::volume_light::FlightPdfs;
 use super::world::World;
 use crate::film::SampleResult;
 use crate::geometry::{BoundaryCrossing, Ray, RayHit, SurfacePoint};
@@ -99,11 +100,13 @@ pub fn trace_path<const MEDIA: bool>(
         if MEDIA {
             ray.t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
             let mut stream = random.stream(index, Dimension::Flight);
-            let vertex = sample_flight(world, &ray, &mut path, &mut stream, scratch, |emission| {
-                if depth < settings.max_depth {
-                    layers.add(emission, depth, true);
-                }
-            });
+            let mut pdfs = FlightPdfs::new(world, &ray, sampled_from, path.links);
+            let vertex =
+                sample_flight(world, &ray, &mut path, &mut stream, scratch, |weight, medium, emission, lights| {
+                    if depth < settings.max_depth {
+                        layers.add(pdfs.weight(weight, medium, lights) * emission, depth, true);
+                    }
+                });
             if path.weight.throughput.is_black() {
                 break;
             }
@@ -123,6 +126,7 @@ pub fn trace_path<const MEDIA: bool>(
                     wo,
                     time: ray.time,
                     path: &path,
+                    depth,
                     random,
                     index,
                 };
@@ -192,7 +196,7 @@ pub fn trace_path<const MEDIA: bool>(
         let specular = bsdf.is_specular();
         if !specular {
             let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
-            let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path: &path, random, index };
+            let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path: &path, depth, random, index };
             layers.add(direct.gather::<MEDIA>(scratch), depth, false);
         }
 

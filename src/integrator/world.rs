@@ -23,6 +23,8 @@ pub struct World {
     pub light_choice: LightChoice,
     /// Media, by [`MediumId`]; empty for scenes without.
     pub media: Vec<Medium>,
+    /// Whether any of them is homogeneous and emits.
+    pub fog_glows: bool,
     /// The lights that light each of them.
     pub media_links: Vec<LinkSet>,
     /// How many of them were read from OpenVDB files.

@@ -31,6 +31,7 @@ impl Lights {
                 Receiver::Surface { ns, two_sided: true, .. } => light.irradiance(ns) + light.irradiance(-ns),
                 Receiver::Medium { .. } => 4.0 * PI * light.mean_radiance().luminance(),
             },
+            LightRef::Volume(light) => light.contribution(receiver),
         };
         // NaN becomes 0.
         if value > 0.0 { value.min(f32::MAX) } else { 0.0 }
@@ -44,6 +45,7 @@ impl Lights {
             LightRef::Area(light) => Some(light.bounds.centre),
             LightRef::Point(light) => Some(light.p),
             LightRef::Spot(light) => Some(light.p),
+            LightRef::Volume(light) => Some(light.bounds().centre()),
             LightRef::Distant(_) | LightRef::Infinite(_) => None,
         }
     }

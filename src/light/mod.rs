@@ -19,6 +19,7 @@ pub mod spot;
 #[cfg(test)]
 mod tests;
 pub mod tree;
+pub mod volume;
 
 use std::sync::Arc;
 
@@ -28,6 +29,7 @@ use prefetch_index::prefetch_index;
 use crate::geometry::trace::Opacity;
 use crate::geometry::{Geometry, InstanceId, ShapeId};
 use crate::math::Rgb;
+use crate::medium::MediumId;
 
 pub use area::AreaLight;
 pub use distant::DistantLight;
@@ -38,6 +40,7 @@ pub use point::PointLight;
 pub use sample::{LightEnd, LightSample};
 pub use selector::{LightSelector, SelectorKind, SelectorScratch};
 pub use spot::SpotLight;
+pub use volume::VolumeLight;
 
 /// A light, by its place in [`Lights`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -123,6 +126,9 @@ pub struct Lights {
     spots: Vec<SpotLight>,
     distants: Vec<DistantLight>,
     infinites: Vec<InfiniteLight>,
+    volumes: Vec<VolumeLight>,
+    /// By medium, as far as one has a light.
+    of_media: Vec<Option<LightId>>,
     infinite: Vec<LightId>,
     scene_radius: f32,
     opacity: Option<Arc<dyn Opacity>>,
@@ -154,6 +160,7 @@ const POINT: u32 = 0;
 const SPOT: u32 = 1;
 const DISTANT: u32 = 2;
 const INFINITE: u32 = 3;
+const VOLUME: u32 = 4;
 
 /// One light, whatever its type.
 #[derive(Clone, Copy, Debug)]
@@ -168,6 +175,8 @@ pub enum LightRef<'a> {
     Distant(&'a DistantLight),
     /// A background.
     Infinite(&'a InfiniteLight),
+    /// A medium that emits.
+    Volume(&'a VolumeLight),
 }
 
 impl Lights {
@@ -199,7 +208,8 @@ impl Lights {
             POINT => LightRef::Point(&self.points[index]),
             SPOT => LightRef::Spot(&self.spots[index]),
             DISTANT => LightRef::Distant(&self.distants[index]),
-            _ => LightRef::Infinite(&self.infinites[index]),
+            INFINITE => LightRef::Infinite(&self.infinites[index]),
+            _ => LightRef::Volume(&self.volumes[index]),
         }
     }
 
@@ -252,6 +262,29 @@ impl Lights {
         let id = self.add_handle(Handle::new(INFINITE, self.infinites.len() - 1));
         self.infinite.push(id);
         id
+    }
+
+    /// Adds a medium that emits.
+    pub fn add_volume(&mut self, light: VolumeLight) -> LightId {
+        let medium = light.medium.0 as usize;
+        self.volumes.push(light);
+        let id = self.add_handle(Handle::new(VOLUME, self.volumes.len() - 1));
+        if self.of_media.len() <= medium {
+            self.of_media.resize(medium + 1, None);
+        }
+        self.of_media[medium] = Some(id);
+        id
+    }
+
+    /// How many media are lights.
+    pub fn volume_count(&self) -> usize {
+        self.volumes.len()
+    }
+
+    /// The light that a medium is.
+    #[inline]
+    pub fn of_medium(&self, medium: MediumId) -> Option<LightId> {
+        self.of_media.get(medium.0 as usize).copied().flatten()
     }
 
     fn add_handle(&mut self, handle: Handle) -> LightId {
@@ -314,6 +347,7 @@ impl Lights {
             LightRef::Spot(light) => light.sample(p),
             LightRef::Distant(light) => light.sample(),
             LightRef::Infinite(light) => light.sample(u, u_part),
+            LightRef::Volume(light) => light.sample(p, u, u_part),
         }
     }
 
@@ -323,6 +357,15 @@ impl Lights {
     pub fn pdf(&self, geometry: &Geometry, id: LightId, p: Vec3, hit: &EmitterHit, wi: Vec3) -> f32 {
         match self.get(id) {
             LightRef::Area(light) => light.pdf(geometry, p, hit, wi),
+            _ => 0.0,
+        }
+    }
+
+    /// The solid-angle pdf with which [`Lights::sample`] from `p` draws `direction` for the light `id` that is a medium.
+    #[inline]
+    pub fn volume_pdf(&self, id: LightId, p: Vec3, direction: Vec3) -> f32 {
+        match self.get(id) {
+            LightRef::Volume(light) => light.pdf(p, direction),
             _ => 0.0,
         }
     }
@@ -374,6 +417,7 @@ impl Lights {
             LightRef::Spot(light) => light.power(),
             LightRef::Distant(light) => light.irradiance * disk,
             LightRef::Infinite(light) => light.mean_radiance() * (4.0 * PI * disk),
+            LightRef::Volume(light) => light.power(),
         }
     }
 
@@ -385,6 +429,7 @@ impl Lights {
             LightRef::Spot(light) => light.intensity.is_black(),
             LightRef::Distant(light) => light.irradiance.is_black(),
             LightRef::Infinite(light) => light.mean_radiance().is_black(),
+            LightRef::Volume(light) => light.is_dark(),
         }
     }
 
@@ -400,5 +445,7 @@ impl Lights {
             + self.distants.capacity() * size_of::<DistantLight>()
             + self.infinites.capacity() * size_of::<InfiniteLight>()
             + self.infinite.capacity() * size_of::<LightId>()
+            + self.volumes.capacity() * size_of::<VolumeLight>()
+            + self.of_media.capacity() * size_of::<Option<LightId>>()
     }
 }

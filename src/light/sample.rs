@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use crate::math::Rgb;
 use crate::math::robust::{gamma, offset_ray_origin};
+use crate::medium::MediumId;
 
 /// A direction towards a light from a given point, and what arrives along it if nothing is in the way.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +16,7 @@ pub struct LightSample {
     pub wi: Vec3,
     /// Where a shadow ray ends.
     pub end: LightEnd,
-    /// Radiance that arrives (for Dirac lights: with the inverse square and `pdf` = 1).
+    /// Radiance that arrives, of media an estimate (for Dirac lights: with the inverse square and `pdf` = 1).
     pub radiance: Rgb,
     /// Solid-angle pdf of the direction given the light; 1 for Dirac lights. Divide by it in any case.
     pub pdf: f32,
@@ -44,6 +45,8 @@ pub enum LightEnd {
         /// Its radius.
         radius: f32,
     },
+    /// The first surface, wherever that is: the medium's emission is gathered up to there.
+    Volume(MediumId),
 }
 
 impl LightSample {
@@ -52,7 +55,7 @@ impl LightSample {
     #[inline]
     pub fn segment(&self, origin: Vec3) -> (Vec3, f32) {
         match self.end {
-            LightEnd::Infinity => (self.wi, f32::INFINITY),
+            LightEnd::Infinity | LightEnd::Volume(_) => (self.wi, f32::INFINITY),
             LightEnd::Point { p, p_error, ng } => {
                 let to_light = offset_ray_origin(p, p_error, ng, origin - p) - origin;
                 let distance = to_light.length();

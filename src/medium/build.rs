@@ -71,7 +71,7 @@ fn check_extinction(params: &ParamSet, medium: &Medium) -> Result<()> {
             refuse(format!("the coefficients of {} are not finite", params.owner))
         }
         Medium::Grid(grid) => {
-            let (largest, edge) = (grid.largest_majorant(), grid.voxel_edge());
+            let (largest, edge) = (grid.largest_extinction(), grid.voxel_edge());
             if largest * edge <= DENSEST_VOXEL {
                 return Ok(());
             }

@@ -6,6 +6,8 @@ pub mod homogeneous;
 pub mod regions;
 pub mod tracker;
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::math::Rgb;
@@ -112,6 +114,14 @@ impl Medium {
         match self {
             Self::Homogeneous(medium) => !medium.point.emission.is_black(),
             Self::Grid(medium) => medium.is_emissive(),
+        }
+    }
+
+    /// Where it emits, if that is known: of media given by grids.
+    pub fn energy(&self) -> Option<&Arc<grid::energy::EnergyGrid>> {
+        match self {
+            Self::Homogeneous(_) => None,
+            Self::Grid(medium) => medium.energy(),
         }
     }
 

@@ -163,18 +163,27 @@ impl Transmittance {
             *steps += 1;
             let extinction = media[collision.medium.0 as usize].extinction(origin + direction * collision.t);
             let ratio = extinction.map(|mu| (1.0 - mu / collision.majorant).max(0.0));
-            self.value *= ratio;
-            self.pass_probability *= ratio;
-            if self.value.is_black() {
+            if !self.pass(ratio, stream) {
                 return false;
             }
-            if self.value.max_channel() < ROULETTE_BELOW {
-                if stream.next_f32() >= ROULETTE_SURVIVAL {
-                    self.value = Rgb::BLACK;
-                    return false;
-                }
-                self.value *= 1.0 / ROULETTE_SURVIVAL;
+        }
+        true
+    }
+
+    /// Passes one tentative collision, which leaves `ratio` = μ_n / μ̄. Returns false once nothing is left.
+    #[inline(always)]
+    pub fn pass(&mut self, ratio: Rgb, stream: &mut Stream) -> bool {
+        self.value *= ratio;
+        self.pass_probability *= ratio;
+        if self.value.is_black() {
+            return false;
+        }
+        if self.value.max_channel() < ROULETTE_BELOW {
+            if stream.next_f32() >= ROULETTE_SURVIVAL {
+                self.value = Rgb::BLACK;
+                return false;
             }
+            self.value *= 1.0 / ROULETTE_SURVIVAL;
         }
         true
     }

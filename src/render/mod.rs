@@ -31,7 +31,7 @@ use crate::system::output::OutputError;
 use plan::Plan;
 use progress::Tracking;
 pub use progress::{Progress, ProgressState, Silent};
-pub use settings::{Budget, LightSelection, PngOutput, RenderSettings};
+pub use settings::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights};
 use stats::Iteration;
 pub use timing::Timings;
 

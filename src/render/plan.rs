@@ -59,6 +59,7 @@ impl Plan {
         plan.decide("medium boundaries", boundaries, ["boundary shape", "boundary shapes"], 0);
         let emissive = world.media.iter().filter(|m| m.is_emissive()).count();
         plan.decide("emission gathering in media", emissive, ["emissive medium", "emissive media"], 0);
+        plan.systems.push(volume_lights(world, emissive));
 
         let lights = &world.lights;
         plan.decide("lights", lights.len(), LIGHTS, lights.memory());
@@ -110,6 +111,23 @@ impl Plan {
         let reason = if built { yes } else { no }.to_owned();
         self.systems.push(System { name, built, reason, bytes: 0 });
     }
+}
+
+/// Whether media that emit are lights. Their grids of energy are counted with the media, whose bounds follow them.
+fn volume_lights(world: &World, emissive: usize) -> System {
+    let known = world.media.iter().filter(|m| m.energy().is_some()).count();
+    let built = world.lights.volume_count();
+    let reason = if built > 0 {
+        let cells: usize = world.media.iter().filter_map(|m| m.energy()).map(|energy| energy.len()).sum();
+        format!("{} by {cells} cells of energy", counted(built, ["medium", "media"]))
+    } else if known > 0 {
+        "switched off: what media emit is found by rays that meet it".to_owned()
+    } else if emissive > 0 {
+        "media that emit everywhere, or nowhere, are found by rays alone".to_owned()
+    } else {
+        "the scene has no emissive media".to_owned()
+    };
+    System { name: "volume lights", built: built > 0, reason, bytes: 0 }
 }
 
 const SHAPES: [&str; 2] = ["shape", "shapes"];
@@ -176,12 +194,12 @@ mod tests {
              ActiveTransform EndTime Translate 0 1 0 ActiveTransform All ObjectInstance \"o\"",
         );
         let all = ["instances", "motion blur", "moving camera", "depth of field", "opacity", "media", "density bounds"];
-        let more = ["medium boundaries", "emission gathering in media", "lights", "light selection"];
+        let more = ["medium boundaries", "emission gathering in media", "volume lights", "lights", "light selection"];
         for name in all.iter().chain(&more) {
             assert!(built.contains(name), "{name}: {built:?}");
         }
         assert!(!built.contains(&"volume reader") && !built.contains(&"textures"), "{built:?}");
-        for reason in ["2 instances", "1 moving instance", "1 medium", "locally optimal over 2 lights"] {
+        for reason in ["2 instances", "1 moving instance", "1 medium", "locally optimal over 3 lights"] {
             assert!(reasons.iter().any(|r| r == reason), "{reason}: {reasons:?}");
         }
     }

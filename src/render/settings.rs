@@ -41,6 +41,17 @@ pub enum LightSelection {
     Tree,
 }
 
+/// Whether media that emit are chosen as lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum VolumeLights {
+    /// All that are given by grids.
+    #[default]
+    Auto,
+    /// None: what they emit is found by rays that happen to meet it.
+    Off,
+}
+
 /// Where a PNG goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PngOutput {
@@ -65,6 +76,8 @@ pub struct RenderSettings {
     pub threads: Option<usize>,
     /// How a light is chosen.
     pub lights: LightSelection,
+    /// Whether media that emit are chosen as lights.
+    pub volume_lights: VolumeLights,
     /// The PNG file that shows the cache points that the camera sees, over the image; all of them go to a PLY file of the same name.
     pub debug_cache_points: Option<PathBuf>,
     /// How cache points are made and used.

@@ -13,7 +13,9 @@ use std::sync::atomic::AtomicBool;
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::{Film, FilmOverrides};
 use lanternfish::geometry::Backend;
-use lanternfish::render::{Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, load};
+use lanternfish::render::{
+    Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, VolumeLights, load,
+};
 use lanternfish::scene::{Sources, Warnings};
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -30,6 +32,8 @@ pub struct Options {
     pub cache: CacheSettings,
     /// From how many candidates light samples are resampled; `None` for the default.
     pub light_candidates: Option<u32>,
+    /// Whether media are lights.
+    pub volume_lights: VolumeLights,
     /// Bounces in place of the scene's.
     pub max_depth: Option<u32>,
     pub threads: usize,
@@ -47,6 +51,7 @@ impl Default for Options {
             splitting: None,
             cache: CacheSettings::default(),
             light_candidates: None,
+            volume_lights: VolumeLights::Auto,
             max_depth: None,
             threads: 2,
             film: FilmOverrides::default(),
@@ -73,6 +78,7 @@ pub fn prepare_file(path: &Path, options: &Options, warnings: &mut Warnings) -> 
         splitting: options.splitting,
         cache: options.cache,
         light_candidates: options.light_candidates,
+        volume_lights: options.volume_lights,
         max_depth: options.max_depth,
         film: options.film,
         ..RenderSettings::default()

@@ -10,6 +10,7 @@ mod mesh_tree;
 mod punctual;
 mod selectors;
 mod tree;
+mod volume;
 
 use glam::{Affine3A, Vec2, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};

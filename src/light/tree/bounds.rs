@@ -49,6 +49,7 @@ impl LightBounds {
                 cos_emission: light.cos_end,
                 ..Self::of_point(light.p, light.intensity.luminance())
             }),
+            LightRef::Volume(light) => Some(light.bounds()),
             LightRef::Distant(_) | LightRef::Infinite(_) => None,
         }
     }

@@ -99,6 +99,20 @@ impl BlockMap {
         }
     }
 
+    /// All blocks that have an entry, with it.
+    pub fn iter(&self) -> impl Iterator<Item = (IVec3, u32)> + '_ {
+        let (dense, sparse) = match self {
+            Self::Dense { low, dim, entries } => (Some((*low, *dim, entries)), None),
+            Self::Sparse(map) => (None, Some(map)),
+        };
+        let dense = dense.into_iter().flat_map(|(low, dim, entries)| {
+            let place = move |i: i32| low + IVec3::new(i / dim.z / dim.y, i / dim.z % dim.y, i % dim.z);
+            let present = entries.iter().enumerate().filter(|(_, entry)| **entry != NONE);
+            present.map(move |(i, entry)| (place(i as i32), *entry))
+        });
+        dense.chain(sparse.into_iter().flatten().map(|(block, entry)| (*block, *entry)))
+    }
+
     /// Bytes in use.
     pub fn memory(&self) -> usize {
         match self {

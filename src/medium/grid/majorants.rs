@@ -266,6 +266,74 @@ impl Majorants {
         self.nodes.len() * size_of::<Node>() + self.blocks.memory() + self.uniform.len() * 4
     }
 
+    /// Cell by cell what `with` makes of this bound and that of `other`, which is over the same cells.
+    pub fn combined(&self, other: &Self, with: impl Fn(f32, f32) -> f32) -> Self {
+        let mut out = MajorantsBuilder::new(with(self.background, other.background));
+        out.bounds = match (self.bounds, other.bounds) {
+            (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
+            (bounds, None) | (None, bounds) => bounds,
+        };
+        for root in self.roots.keys().chain(other.roots.keys()) {
+            let of = |m: &Self| m.roots.get(root).copied().unwrap_or(m.background);
+            out.roots.insert(*root, with(of(self), of(other)));
+        }
+        for block in self.blocks.iter().chain(other.blocks.iter()).map(|(block, _)| block) {
+            out.blocks.entry(block).or_insert_with(|| match (self.block(block), other.block(block)) {
+                (Ok(a), Ok(b)) => (with(a, b), None),
+                (a, b) => {
+                    let of = |part: &Result<f32, &Node>, slot: usize| part.map_or_else(|n| n.fine[slot], |bound| bound);
+                    let fine = std::array::from_fn(|slot| with(of(&a, slot), of(&b, slot)));
+                    (0.0, Some(Box::new(fine)))
+                }
+            });
+        }
+        out.build()
+    }
+
+    /// The one bound of a block, or else its node.
+    fn block(&self, block: IVec3) -> Result<f32, &Node> {
+        match self.blocks.get(block) {
+            Some(code) if code & UNIFORM == 0 => Err(&self.nodes[code as usize]),
+            Some(code) => Ok(self.uniform[(code & !UNIFORM) as usize]),
+            None => {
+                let root = self.roots.get(&(block >> (ROOT_SHIFT - BLOCK_SHIFT) as i32));
+                Ok(root.copied().unwrap_or(self.background))
+            }
+        }
+    }
+
+    /// A box of voxels, inclusive, around all cells whose bound is above `least`, which is not below the background.
+    pub fn box_above(&self, least: f32) -> Option<(IVec3, IVec3)> {
+        let cube = |low: IVec3, edge: i32| (low, low.saturating_add(IVec3::splat(edge - 1)));
+        let corner = |c: IVec3, shift: u32| IVec3::from_array(c.to_array().map(|c| c.wrapping_shl(shift)));
+        let roots = self.roots.iter().filter(|(_, bound)| **bound > least);
+        let mut all: Option<(IVec3, IVec3)> = None;
+        let mut include = |(low, high): (IVec3, IVec3)| {
+            all = Some(all.map_or((low, high), |(a, b)| (a.min(low), b.max(high))));
+        };
+        roots.for_each(|(root, _)| include(cube(corner(*root, ROOT_SHIFT), 1 << ROOT_SHIFT)));
+        for (block, _) in self.blocks.iter() {
+            let low = corner(block, BLOCK_SHIFT);
+            match self.block(block) {
+                Ok(bound) if bound > least => include(cube(low, 1 << BLOCK_SHIFT)),
+                Ok(_) => {}
+                Err(node) => {
+                    for (slot, _) in node.fine.iter().enumerate().filter(|(_, bound)| **bound > least) {
+                        let cell = IVec3::new(slot as i32 >> 8, slot as i32 >> 4 & 15, slot as i32 & 15);
+                        include(cube(low + 8 * cell, 8));
+                    }
+                }
+            }
+        }
+        // Bounds reach as far as interpolation does, cells further.
+        all.zip(self.bounds).map(|((a, b), (low, high))| (a.max(low), b.min(high)))
+    }
+
+    /// The bound where nothing is stored.
+    pub fn background(&self) -> f32 {
+        self.background
+    }
+
     /// The largest known cell of one bound that holds the voxel: log2 of its edge, and the bound.
     #[inline]
     pub fn cell(&self, voxel: IVec3) -> (u32, f32) {

@@ -1,14 +1,19 @@
 //! A medium whose coefficients vary as grids say:
 //! μ_a = scale · density · σ_a · a, μ_s = scale · density · σ_s · s, where density, a and s are grids or 1.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3, IVec3, Vec3};
 
+use super::bounds::{Lattice, source, voxel_edge};
 use super::dda::{GridMajorants, reach_of};
 use super::emission::{Emission, EmissionShape};
-use super::field::{AnyGrid, Field, ScalarGrid, with_scalar};
-use super::majorants::{Majorants, MajorantsBuilder};
+use super::energy::EnergyGrid;
+use super::field::{AnyGrid, Field, ScalarGrid};
+use super::gathering::Gathering;
+use super::majorants::Majorants;
 use super::map::{IndexMap, box_of_corners};
-use super::sparse::SparseGrid;
+use super::survey::Survey;
 use crate::math::Rgb;
 use crate::medium::{MajorantIter, MediumPoint};
 
@@ -41,13 +46,18 @@ pub struct GridMediumParts {
 #[derive(Debug)]
 pub struct GridMedium {
     parts: GridMediumParts,
+    /// Bounds of μ_t, where there is emission raised to the rate at which it is gathered.
     majorants: Majorants,
+    /// A bound of μ_t anywhere.
+    largest_extinction: f32,
     /// Render space to the majorants' index space.
     cells_from_render: DAffine3,
     /// The clip box in whole voxels, outwards.
     clip_voxels: Option<(IVec3, IVec3)>,
-    /// The bound outside everything.
-    outside: f32,
+    /// The bound outside everything; and for rays without end, which would never be done gathering emission there.
+    outside: [f32; 2],
+    /// Where it emits.
+    energy: Option<Arc<EnergyGrid>>,
     bounds: Option<(Vec3, Vec3)>,
     /// All grids lie on the lattice of the density (or else of the bound).
     shared: bool,
@@ -55,90 +65,58 @@ pub struct GridMedium {
     plain_extinction: Option<Rgb>,
 }
 
-/// Cells along the longest side of a majorant grid that does not follow the density's lattice.
-const OWN_CELLS: f64 = 96.0;
-
-/// Voxels of emission larger than this many of density's have cells of their own.
-const COARSEST_EMISSION: f32 = 16.0;
-
-/// A margin for rounding in the bounds themselves.
-const ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
-
 impl GridMedium {
-    /// Builds the bounds of μ_t for `parts`. One of `density` and `bound` must be there.
+    /// Builds the bounds of μ_t for `parts`, raised where they emit. One of `density` and `bound` must be there.
     ///
     /// # Panics
     /// If neither density nor bound is given.
     pub fn new(parts: GridMediumParts) -> Self {
-        let source = parts.density.as_ref().or(parts.bound.as_ref()).expect("a density or a bound is given");
-        let colour = |field: &Option<Field<AnyGrid>>| field.as_ref().map_or(1.0, Field::largest);
-        let per_density = if parts.density.is_some() {
-            parts.sigma_a * colour(&parts.absorption_colour) + parts.sigma_s * colour(&parts.scattering_colour)
-        } else {
-            Rgb::WHITE
-        };
-        let factor = per_density.max_channel() * parts.scale * ROUNDING;
-        let bound = |value: f32| (factor * source.bound(value)).min(f32::MAX);
-        let emission_field = parts.emission.as_ref().filter(|e| e.direct).and_then(|emission| match &emission.shape {
-            EmissionShape::Grid(field) => Some((emission, field)),
-            _ => None,
-        });
-
-        // Cells are those of the density's own lattice, but for frustums, which have no straight one, and for emission that is so much
-        // coarser that each of its voxels would raise a great many of them.
-        let direct = emission_field.map(|(_, field)| field);
-        let edge = |field_map: &IndexMap| voxel_edge(field_map.local_from_render());
-        let own_lattice = source.map.is_linear()
-            && direct.is_none_or(|field| edge(&field.map) <= COARSEST_EMISSION * edge(&source.map));
-        let cells_from_render =
-            if own_lattice { *source.map.local_from_render() } else { cells_of_their_own(source, direct) };
-        // Emission that does not depend on density is met only where collisions are: so there must be some, also outside of what is
-        // stored.
-        let voxel = voxel_edge(&cells_from_render);
-        let glow = |emission: &Emission, field: &Field<AnyGrid>, value: f32| {
-            (emission.radiance.max_channel() * field.bound(value)).min(1.0 / voxel)
-        };
-        let background = emission_field
-            .map_or(0.0, |(emission, field)| glow(emission, field, field.grid.background().max_element()));
-        let background = background.max(bound(source.grid.background()));
-        let mut builder = MajorantsBuilder::new(background);
-        if own_lattice {
-            with_scalar!(&source.grid, grid => builder.add(grid, bound));
-        } else {
-            let place = |low: IVec3, high: IVec3| cells_box(&cells_from_render, &source.map, low, high);
-            with_scalar!(&source.grid, grid => add_placed(&mut builder, grid, bound, place));
-        }
-        if let Some((emission, field)) = emission_field {
-            let most = |value: f32| glow(emission, field, value);
-            let place = |low: IVec3, high: IVec3| cells_box(&cells_from_render, &field.map, low, high);
-            match &field.grid {
-                AnyGrid::Scalar(grid) => {
-                    with_scalar!(grid, grid => add_placed(&mut builder, grid, most, place));
-                }
-                AnyGrid::Vector(grid) => add_placed(&mut builder, grid, most, place),
-            }
-        }
-        let majorants = builder.build();
-        let outside = if parts.clip.is_some() { 0.0 } else { background };
+        let lattice = Lattice::of(&parts);
+        let majorants = lattice.extinction(&parts);
         let clip_voxels = parts.clip.map(|(low, high)| {
             (low.floor().as_ivec3().saturating_sub(IVec3::ONE), high.ceil().as_ivec3().saturating_add(IVec3::ONE))
         });
-        let bounds = render_bounds(&majorants, &cells_from_render, clip_voxels, outside);
-        let map = source.map;
+        let map = source(&parts).map;
         let same = |field: &Option<Field<AnyGrid>>| field.as_ref().is_none_or(|f| f.map == map);
         let glows_there = parts.emission.as_ref().is_none_or(|emission| emission.lies_on(&map));
-        let shared = same(&parts.absorption_colour) && same(&parts.scattering_colour) && glows_there;
         let is_plain =
             parts.density.is_some() && parts.absorption_colour.is_none() && parts.scattering_colour.is_none();
-        let plain_extinction = is_plain.then(|| (parts.sigma_a + parts.sigma_s) * parts.scale);
-        Self { majorants, cells_from_render, clip_voxels, outside, bounds, shared, plain_extinction, parts }
+        let mut medium = Self {
+            largest_extinction: majorants.largest(),
+            cells_from_render: lattice.cells_from_render,
+            clip_voxels,
+            outside: [0.0; 2],
+            energy: None,
+            bounds: None,
+            shared: same(&parts.absorption_colour) && same(&parts.scattering_colour) && glows_there,
+            plain_extinction: is_plain.then(|| (parts.sigma_a + parts.sigma_s) * parts.scale),
+            majorants,
+            parts,
+        };
+        let endless = medium.majorants.background();
+        if medium.is_emissive() {
+            medium.raise_for_emission(&lattice);
+        }
+        if medium.parts.clip.is_none() {
+            medium.outside = [medium.majorants.background(), endless];
+        }
+        medium.bounds = render_bounds(&medium.majorants, &lattice.cells_from_render, clip_voxels, medium.outside[0]);
+        medium
+    }
+
+    /// Raises the bounds to the rate at which emission is gathered, and notes where that is.
+    fn raise_for_emission(&mut self, lattice: &Lattice) {
+        let Some(emission) = &self.parts.emission else { return };
+        let bounds = lattice.emission(emission, &self.majorants);
+        let survey = Survey::new(&bounds, &lattice.cells_from_render, self.clip_voxels, |p| self.point(p));
+        let typical = survey.as_ref().map_or(0.0, Survey::typical);
+        let gathering = Gathering::new(typical, voxel_edge(&lattice.cells_from_render));
+        self.energy = survey.as_ref().and_then(EnergyGrid::new).map(Arc::new);
+        self.majorants = self.majorants.combined(&bounds, |extinction, e| extinction.max(gathering.rate(e)));
     }
 
     fn source_map(&self) -> &IndexMap {
-        match (&self.parts.density, &self.parts.bound) {
-            (Some(field), _) | (None, Some(field)) => &field.map,
-            (None, None) => unreachable!("checked when built"),
-        }
+        &source(&self.parts).map
     }
 
     /// The coefficients at `p` of render space.
@@ -227,7 +205,7 @@ impl GridMedium {
         self.parts.emission.as_ref().is_some_and(|e| !e.radiance.is_black())
     }
 
-    /// Bounds of μ_t along a ray; see [`crate::medium::Medium::majorants`].
+    /// Tentative collisions per unit length along a ray: bounds of μ_t, where there is emission raised to the rate at which it is gathered; see [`crate::medium::Medium::majorants`].
     #[inline]
     pub fn majorants(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> MajorantIter<'_> {
         let ray = [
@@ -239,10 +217,15 @@ impl GridMedium {
             &self.majorants,
             ray,
             self.clip_voxels,
-            self.outside,
+            self.outside[usize::from(t_max == f32::INFINITY)],
             reach,
             [t_min, t_max],
         ))
+    }
+
+    /// Where it emits, if it does anywhere that is stored.
+    pub fn energy(&self) -> Option<&Arc<EnergyGrid>> {
+        self.energy.as_ref()
     }
 
     /// A box of render space outside which there is nothing; `None` if there is something everywhere.
@@ -251,8 +234,8 @@ impl GridMedium {
     }
 
     /// An upper bound of μ_t anywhere, per unit length of render space.
-    pub fn largest_majorant(&self) -> f32 {
-        self.majorants.largest()
+    pub fn largest_extinction(&self) -> f32 {
+        self.largest_extinction
     }
 
     /// Edge of a voxel in render space (the shortest).
@@ -269,6 +252,7 @@ impl GridMedium {
             + any(&parts.scattering_colour)
             + parts.emission.as_ref().map_or(0, Emission::memory)
             + self.majorants.memory()
+            + self.energy.as_ref().map_or(0, |energy| energy.memory())
     }
 
     /// One line for people.
@@ -292,59 +276,8 @@ impl GridMedium {
             Some(EmissionShape::Temperature { .. }) => words.push("temperature grid".to_owned()),
             None => {}
         }
-        words.push(format!("largest extinction {:.4}", self.largest_majorant()));
+        words.push(format!("largest extinction {:.4}", self.largest_extinction()));
         words.join(", ")
-    }
-}
-
-/// The shortest edge of a voxel, given the map to index space.
-fn voxel_edge(index_from_render: &DAffine3) -> f32 {
-    let m = index_from_render.matrix3.inverse();
-    m.x_axis.length().min(m.y_axis.length()).min(m.z_axis.length()).max(f64::from(f32::MIN_POSITIVE)) as f32
-}
-
-/// A grid of cells (8 "voxels" each) in render space around all that is stored.
-fn cells_of_their_own(source: &Field<ScalarGrid>, more: Option<&Field<AnyGrid>>) -> DAffine3 {
-    let boxes =
-        [source.grid.bounds().map(|b| (b, source.map)), more.and_then(|field| Some((field.grid.bounds()?, field.map)))];
-    let mut all = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for ((low, high), map) in boxes.into_iter().flatten() {
-        let (a, b) = map.render_box(low.as_dvec3() - 1.0, high.as_dvec3() + 1.0);
-        all = (all.0.min(a), all.1.max(b));
-    }
-    let size = (all.1 - all.0).max_element();
-    if !(size > 0.0 && size.is_finite()) {
-        return DAffine3::IDENTITY;
-    }
-    let scale = 8.0 * OWN_CELLS / size;
-    DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-all.0)
-}
-
-/// The cells that the voxels `low..=high` of another lattice can have an influence on.
-fn cells_box(cells_from_render: &DAffine3, map: &IndexMap, low: IVec3, high: IVec3) -> (IVec3, IVec3) {
-    let image = |p: DVec3| cells_from_render.transform_point3(map.to_render(p));
-    let (a, b) = box_of_corners(low.as_dvec3() - 1.5, high.as_dvec3() + 1.5, image);
-    (a.floor().as_ivec3(), b.ceil().as_ivec3())
-}
-
-/// Raises the boxes that `place` gives for leaves and tiles.
-fn add_placed<V: super::sparse::Voxel>(
-    builder: &mut MajorantsBuilder,
-    grid: &SparseGrid<V>,
-    bound: impl Fn(f32) -> f32,
-    place: impl Fn(IVec3, IVec3) -> (IVec3, IVec3),
-) {
-    let leaves = grid.leaves().map(|(origin, leaf)| {
-        let largest = leaf.iter().map(|v| V::maximum(v.get())).fold(0.0, f32::max);
-        (origin, 8, largest)
-    });
-    let tiles = grid.tiles().iter().map(|t| (t.origin, t.edge, V::maximum(t.value)));
-    for (origin, edge, value) in leaves.chain(tiles) {
-        let m = bound(value);
-        if m > 0.0 {
-            let (low, high) = place(origin, origin.saturating_add(IVec3::splat(edge - 1)));
-            builder.raise_box(low, high, m);
-        }
     }
 }
 

@@ -1,17 +1,22 @@
 //! Media given by grids: sparse bricks of voxels ([`sparse`]), where they lie ([`map`], [`field`]), what they emit
-//! ([`emission`]), bounds of their extinction ([`majorants`]) and how a ray is led along them ([`dda`]).
+//! ([`emission`]), bounds of their extinction ([`majorants`]) raised to how densely emission is gathered ([`gathering`]), and how a ray is led
+//! along them ([`dda`]).
 //!
 //! Everything but reading .vdb files ([`mod@file`]) is plain Rust and exists without the feature `openvdb`.
 
 pub mod blocks;
+mod bounds;
 pub mod dda;
 pub mod emission;
+pub mod energy;
 pub mod field;
 pub mod file;
+pub mod gathering;
 pub mod majorants;
 pub mod map;
 mod medium;
 pub mod sparse;
+mod survey;
 
 pub use medium::{GridMedium, GridMediumParts};
 

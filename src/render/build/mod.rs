@@ -15,16 +15,17 @@ use self::geometry::GeometryBuilder;
 use self::media::MediaBuilder;
 use super::RenderError;
 use super::regions::camera_regions;
-use super::settings::{LightSelection, RenderSettings};
+use super::settings::{LightSelection, RenderSettings, VolumeLights};
 use super::timing::Timings;
 use crate::geometry::{Backend, Tracer};
 use crate::integrator::{LightChoice, World};
-use crate::light::Lights;
 use crate::light::linking::LinkRequests;
 use crate::light::selector::tree::DEFAULT_SPLITTING;
 use crate::light::selector::{LightSelector, SelectorKind};
+use crate::light::{Lights, VolumeLight};
 use crate::material::Materials;
 use crate::math::transform::RenderSpace;
+use crate::medium::{Medium, MediumId};
 use crate::scene::{SceneDescription, Warnings};
 
 /// Up to this many lights, `auto` asks every light at every vertex: it costs little more than a look-up, and nothing to build. In the
@@ -78,6 +79,11 @@ pub fn build_world(
 
     let start = Instant::now();
     let mut lights = Lights::build(scene, &geometry, &space, &emitters, &links, settings.strict, warnings)?;
+    if settings.volume_lights == VolumeLights::Auto {
+        for (number, energy) in media.media.iter().enumerate().filter_map(|(i, m)| Some((i, m.energy()?))) {
+            lights.add_volume(VolumeLight::new(MediumId(number as u32), energy.clone()));
+        }
+    }
     if lights.len() > 1 {
         // The power of distant and infinite lights depends on the scene's size: it matters only in a choice.
         let (low, high) = geometry.bounds();
@@ -98,6 +104,7 @@ pub fn build_world(
         materials,
         lights,
         light_choice,
+        fog_glows: media.media.iter().any(|m| matches!(m, Medium::Homogeneous(_)) && m.is_emissive()),
         media: media.media,
         media_links: media.links,
         volume_files: media.volume_files,

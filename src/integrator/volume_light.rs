@@ -1,0 +1,156 @@
+//! Media that emit as lights: what arrives along a line, and what a flight that meets them weighs.
+//!
+//! Source: Simon, Hanika, Zirr, Dachsbacher, "Line Integration for Rendering Heterogeneous Emissive Volumes", EGSR 2017: a direction
+//! drawn towards one point of a fire finds all of it that lies on the line, so smoke in front of that point, or its being one of millions, makes
+//! little noise. Every tentative collision of the line is one that a flight in the same direction could have had, with the same
+//! bounds, so each is weighed by multiple importance sampling for itself (Miller, Georgiev, Jarosz 2019).
+
+use arrayvec::ArrayVec;
+use glam::Vec3;
+
+use super::flight::PathWeight;
+use super::light_choice::LightScratch;
+use super::path::Scratch;
+use super::world::World;
+use crate::geometry::Ray;
+use crate::light::LinkSet;
+use crate::math::Rgb;
+use crate::math::sampler::Stream;
+use crate::medium::regions::Regions;
+use crate::medium::tracker::{Tracker, Transmittance};
+use crate::medium::{MediumId, MediumPoint};
+
+/// Gathers the emission of `medium` along `ray` up to the first surface: `add` receives, at each of its tentative collisions, what
+/// passes from there to the ray's origin, and μ_a L_e / μ̄.
+pub(super) fn gather_line(
+    world: &World,
+    mut ray: Ray,
+    regions: &Regions,
+    medium: MediumId,
+    stream: &mut Stream,
+    scratch: &mut Scratch,
+    mut add: impl FnMut(&Transmittance, Rgb),
+) {
+    let Some(end) = end_of(world.medium(medium).bounds(), &ray) else { return };
+    ray.t_max = end;
+    if let Some(hit) = world.tracer.closest(&ray) {
+        ray.t_max = hit.t;
+    }
+    let mut crossings = std::mem::take(&mut scratch.crossings);
+    world.tracer.boundaries(&ray, &mut crossings);
+    scratch.counters.boundary_rays += 1;
+    let mut passed = Transmittance::CLEAR;
+    let mut regions = std::borrow::Cow::Borrowed(regions);
+    let mut t_start = 0.0;
+    for i in 0..=crossings.len() {
+        let t_end = crossings.get(i).map_or(ray.t_max, |c| c.t);
+        if !regions.media().is_empty() && t_end > t_start {
+            let stretch = [t_start, t_end];
+            let steps = &mut scratch.counters.transmittance_steps;
+            let mut tracker = Tracker::new(&world.media, regions.media(), ray.origin, ray.direction, stretch, stream);
+            if !gather_stretch(world, &ray, medium, &mut tracker, stream, &mut passed, steps, &mut add) {
+                break;
+            }
+        }
+        if let Some(crossing) = crossings.get(i) {
+            let fits = world.cross(regions.to_mut(), crossing.shape, crossing.instance, crossing.entering);
+            scratch.counters.region_overflows += u64::from(!fits);
+            t_start = crossing.t;
+        }
+    }
+    scratch.crossings = crossings;
+}
+
+/// One stretch between boundaries; false once nothing passes.
+#[expect(clippy::too_many_arguments, reason = "it is the inner loop of the one above")]
+fn gather_stretch(
+    world: &World,
+    ray: &Ray,
+    emitter: MediumId,
+    tracker: &mut Tracker<'_>,
+    stream: &mut Stream,
+    passed: &mut Transmittance,
+    steps: &mut u64,
+    add: &mut impl FnMut(&Transmittance, Rgb),
+) -> bool {
+    while let Some(collision) = tracker.next(stream) {
+        *steps += 1;
+        let p = ray.origin + ray.direction * collision.t;
+        let medium = world.medium(collision.medium);
+        let extinction = if collision.medium == emitter {
+            let MediumPoint { absorption, scattering, emission } = medium.point(p);
+            if !emission.is_black() {
+                add(passed, emission * (1.0 / collision.majorant));
+            }
+            absorption + scattering
+        } else {
+            medium.extinction(p)
+        };
+        if !passed.pass(extinction.map(|mu| (1.0 - mu / collision.majorant).max(0.0)), stream) {
+            return false;
+        }
+    }
+    true
+}
+
+/// Where a ray has surely left a box, infinite without a box; `None` where it never meets it.
+fn end_of(bounds: Option<(Vec3, Vec3)>, ray: &Ray) -> Option<f32> {
+    let Some((low, high)) = bounds else { return Some(ray.t_max) };
+    let (mut enter, mut leave) = (0.0f32, ray.t_max);
+    for axis in 0..3 {
+        let (o, d) = (ray.origin[axis], ray.direction[axis]);
+        if d == 0.0 {
+            continue;
+        }
+        let (a, b) = ((low[axis] - o) / d, (high[axis] - o) / d);
+        // What rounding may shift points along the ray by.
+        let margin = 1e-6 * (o.abs() / d.abs() + a.abs().max(b.abs()));
+        enter = enter.max(a.min(b) - margin);
+        leave = leave.min(a.max(b) + margin);
+    }
+    (enter < leave).then_some(leave)
+}
+
+/// With which pdfs the media's lights would have drawn the direction of a flight: worked out when first asked for, once for each medium.
+pub(super) struct FlightPdfs<'a> {
+    world: &'a World,
+    /// The vertex that the flight starts from, if lights were sampled there and media are among them.
+    from: Option<Vec3>,
+    direction: Vec3,
+    links: Option<LinkSet>,
+    known: ArrayVec<(MediumId, f32), 8>,
+}
+
+impl<'a> FlightPdfs<'a> {
+    /// For the flight along `ray`; `links` are those of the vertex `sampled_from`.
+    #[inline]
+    pub fn new(world: &'a World, ray: &Ray, sampled_from: Option<Vec3>, links: Option<LinkSet>) -> Self {
+        let from = sampled_from.filter(|_| world.lights.volume_count() > 0);
+        Self { world, from, direction: ray.direction, links, known: ArrayVec::new() }
+    }
+
+    /// The weight of emission that the flight gathers where its own is `weight`: shared with next-event estimation where the medium is a
+    /// light that could have been drawn.
+    #[inline]
+    pub fn weight(&mut self, weight: &PathWeight, medium: Option<MediumId>, scratch: &LightScratch) -> Rgb {
+        match (self.from, medium) {
+            (Some(from), Some(medium)) => weight.with_light(self.pdf(from, medium, scratch)),
+            _ => weight.alone(),
+        }
+    }
+
+    fn pdf(&mut self, from: Vec3, medium: MediumId, scratch: &LightScratch) -> f32 {
+        if let Some((_, pdf)) = self.known.iter().find(|(known, _)| *known == medium) {
+            return *pdf;
+        }
+        let lights = &self.world.lights;
+        // Emission of media is not linked: who cannot draw its light finds it alone.
+        let is_drawn = |id: &_| self.links.is_none_or(|links| lights.is_linked(links, *id));
+        let pdf = lights.of_medium(medium).filter(is_drawn).map_or(0.0, |id| {
+            self.world.light_choice.pmf(lights, id, scratch) * lights.volume_pdf(id, from, self.direction)
+        });
+        // Where there is no room left, it is worked out again.
+        let _ = self.known.try_push((medium, pdf));
+        pdf
+    }
+}
