@@ -9,8 +9,8 @@ use super::super::mesh::Mesh;
 use super::super::text::{Dice, Number, Point, SceneText};
 
 /// The ground's corners, across and along the path.
-pub const LOW: Vec2 = Vec2::new(-105.0, -14.0);
-pub const HIGH: Vec2 = Vec2::new(105.0, 165.0);
+pub const LOW: Vec2 = Vec2::new(-95.0, -14.0);
+pub const HIGH: Vec2 = Vec2::new(95.0, 130.0);
 /// Half the width of the path.
 pub const PATH: f32 = 0.85;
 
@@ -85,7 +85,8 @@ impl Ground {
                     let foot = self.at(p.x, p.z) - 0.02 * Vec3::Y;
                     let first = mesh.positions.len() as u32;
                     mesh.positions.extend(stone.positions.iter().map(|q| {
-                        let (x, z) = (1.3 * q.x * turn.cos() - q.z * turn.sin(), 1.3 * q.x * turn.sin() + q.z * turn.cos());
+                        let (x, z) =
+                            (1.3 * q.x * turn.cos() - q.z * turn.sin(), 1.3 * q.x * turn.sin() + q.z * turn.cos());
                         foot + size * Vec3::new(x, q.y, z)
                     }));
                     mesh.indices.extend(stone.indices.iter().map(|i| first + i));
@@ -142,12 +143,12 @@ fn smooth(x: f32, low: f32, high: f32) -> f32 {
 
 /// The height of the path.
 fn along(z: f32) -> f32 {
-    const STEEPEST: f32 = 0.31;
-    const BEND: f32 = 0.003;
+    const STEEPEST: f32 = 0.42;
+    const BEND: f32 = 0.0045;
     let up = (z - 20.0).max(0.0);
     let bent = up.min(STEEPEST / (2.0 * BEND));
     let climb = BEND * bent * bent + STEEPEST * (up - bent);
-    5.5 * (1.0 - smooth(z, -6.0, 24.0)) + climb - 20.0 * smooth(z, 135.0, 190.0)
+    5.5 * (1.0 - smooth(z, -6.0, 24.0)) + climb - 20.0 * smooth(z, 88.0, 135.0)
 }
 
 /// Where the path is.

@@ -48,7 +48,7 @@ fn text(lights: u32) -> SceneText {
     t.add(format_args!("\n# The ground"));
     t.of("grass", |t| t.mesh(&ground.mesh()));
     ground.path(&mut t, &mut dice);
-    let (bushes, far) = if small { (20, 25.0) } else { (220, 140.0) };
+    let (bushes, far) = if small { (20, 25.0) } else { (200, 95.0) };
     ground.tufts(&mut t, &mut dice, if small { 30 } else { 260 });
     let places = planting::places(&mut dice, &ground, lights);
     let feet: Vec<Vec2> = places.iter().map(Place::foot).collect();

@@ -62,11 +62,11 @@ pub fn places(dice: &mut Dice, ground: &Ground, lights: u32) -> Vec<Place> {
     let count = (lights * 4 / (5 * BULBS)).clamp(COUNTS[0], COUNTS[1]);
     // Two trees frame the view; others in lanes, of which many make the orchard wide and deep.
     let mut sites = vec![Vec2::new(-6.0, 0.5), Vec2::new(7.2, 4.0)];
-    let far = if count < 20 { 30.0 } else { 150.0 };
+    let far = if count < 20 { 30.0 } else { 103.0 };
     let mut z = 14.0;
     while z < far {
-        let lane = 8.0 + 0.025 * z;
-        let half = 9.0 + 0.62 * z;
+        let lane = 7.3 + 0.01 * z;
+        let half = 9.0 + 0.66 * z;
         let mut x = -half + dice.between(0.0, lane);
         while x < half {
             let site = Vec2::new(x + dice.between(-1.6, 1.6), z + dice.between(-2.2, 2.2));
@@ -90,7 +90,7 @@ pub fn places(dice: &mut Dice, ground: &Ground, lights: u32) -> Vec<Place> {
         })
         .collect();
     let mut z = -3.0;
-    while z < last.min(120.0) {
+    while z < last.min(90.0) {
         for side in [-1.0, 1.0] {
             let out = across(z);
             let p = Vec3::new(path_at(z), 0.0, z) + side * 2.0 * out;
@@ -134,9 +134,9 @@ pub fn bulbs(
     // How many there are of those that there should be.
     let density = count.max(1) as f32 * TREE as f32 / (BULBS * units) as f32;
     // The fewer, the larger; as bright together.
-    let radius = (0.018 * (1.0 / density).clamp(1.0, 60.0).sqrt()).min(0.1);
+    let radius = (0.033 * (1.0 / density).clamp(1.0, 60.0).sqrt()).min(0.1);
     let intensity = 0.018 / density.max(0.1);
-    let clear = radius + 0.07;
+    let clear = radius + 0.15;
     let (mut unit, mut seen) = (0, 0);
     for place in places {
         let bulbs: u32 = (unit..unit + place.shares()).map(|i| share(count, units, i)).sum();
@@ -154,6 +154,8 @@ pub fn bulbs(
         let throw = |dice: &mut Dice| to_world.transform_point3(kind.throw_bulb(dice, clear / place.size));
         let list: Vec<Vec3> = (0..bulbs).map(|_| freest(dice, throw, space, clear)).collect();
         let glow = colour(dice, place);
+        // Those up the hill are dimmer, so that the eye stays with what is near.
+        let intensity = intensity * 15.0 / place.at.z.clamp(15.0, 30.0);
         seen += bulbs;
         if seen <= SPHERES {
             t.of("globe", |t| glow.bulbs(t, &list, radius, intensity / (radius * radius)));

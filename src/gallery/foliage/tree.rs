@@ -120,7 +120,8 @@ impl Tree {
             return a.lerp(b, s) + (r + (q - r) * s + 1.2 * clear) * out;
         }
         let tip = &self.tips[dice.below(self.tips.len())];
-        tip.at + dice.within(Vec3::splat(-0.65), Vec3::splat(0.65))
+        let out = dice.within(Vec3::splat(-1.0), Vec3::splat(1.0)).normalize_or(Vec3::Y);
+        tip.at + (tip.size * dice.between(0.45, 0.75) + clear) * out
     }
 }
 
