@@ -46,9 +46,9 @@ pub const SCENES: &[GalleryScene] = &[
     },
     GalleryScene {
         name: "foliage",
-        description: "a path through a grove: small bulbs among leaves cut out by a texture; mist",
+        description: "a festival in an orchard on a hillside: small bulbs among leaves cut out by a texture; mist",
         default_lights: 38_720,
-        lights: 16..=2_000_000,
+        lights: 1..=5_000_000,
         write: foliage::write,
     },
     GalleryScene {

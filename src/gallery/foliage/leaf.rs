@@ -55,7 +55,7 @@ pub fn write_textures(colours: &Path, mask: &Path) -> Result<(), GalleryError> {
             let green = match leaf {
                 Some((along, across)) => {
                     let vein = across < 0.07 || ((9.0 * along - 1.6 * across).fract() < 0.12 && across < 0.85);
-                    Vec3::new(0.1, 0.21, 0.045) * shade * if vein { 1.6 } else { 1.0 - 0.25 * across }
+                    Vec3::new(0.13, 0.25, 0.055) * shade * if vein { 1.6 } else { 1.0 - 0.25 * across }
                 }
                 None => Vec3::new(0.12, 0.13, 0.05),
             };

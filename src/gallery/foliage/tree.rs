@@ -1,4 +1,4 @@
-//! Trees: a trunk that forks again and again, bunches of leaves at the ends of its branches.
+//! Trees: a trunk that forks again and again, bunches of leaves at the ends of its branches; and hedges, which are bunches alone.
 
 use std::f32::consts::TAU;
 
@@ -38,6 +38,18 @@ impl Tree {
         tree
     }
 
+    /// A piece of hedge along x, without wood: three metres of leaves, waist-high.
+    pub fn hedge(dice: &mut Dice) -> Self {
+        const LONG: u32 = 6;
+        let tip = |i: u32| {
+            let middle = Vec3::new(-1.35 + 2.7 * (i / 2) as f32 / (LONG - 1) as f32, 0.3 + 0.42 * (i % 2) as f32, 0.0);
+            let at = middle + dice.within(Vec3::new(-0.12, -0.06, -0.1), Vec3::new(0.12, 0.06, 0.1));
+            let (kind, degrees, size) = (dice.below(3), dice.between(0.0, 360.0), dice.between(0.6, 0.75));
+            Tip { at, kind, degrees, size }
+        };
+        Self { branches: vec![], tips: (0..2 * LONG).map(tip).collect() }
+    }
+
     fn branch(&mut self, dice: &mut Dice, from: Vec3, direction: Vec3, length: f32, radius: f32, forks: u32) {
         // In two pieces, so that it bends a little.
         let lean = 0.16 * Vec3::new(dice.between(-1.0, 1.0), dice.between(-0.2, 0.9), dice.between(-1.0, 1.0));
@@ -67,12 +79,14 @@ impl Tree {
     /// Writes the tree as the object `name`.
     pub fn define(&self, t: &mut SceneText, name: &str) {
         t.object(name, |t| {
-            t.add(format_args!("NamedMaterial \"bark\""));
-            let mut wood = Mesh::default();
-            for branch in &self.branches {
-                branch.add_to(&mut wood);
+            if !self.branches.is_empty() {
+                t.add(format_args!("NamedMaterial \"bark\""));
+                let mut wood = Mesh::default();
+                for branch in &self.branches {
+                    branch.add_to(&mut wood);
+                }
+                t.mesh(&wood);
             }
-            t.mesh(&wood);
             for &Tip { at, kind, degrees, size } in &self.tips {
                 let (at, turn, size) = (Point(at), Number(degrees), Number(size));
                 t.block(|t| {
@@ -84,24 +98,8 @@ impl Tree {
         });
     }
 
-    /// A place for a bulb, its middle at least `clear` from wood and leaves if such a place is soon found, else the freest of many.
-    pub fn place_of_bulb(&self, dice: &mut Dice, bunches: &[Bunch], clear: f32) -> Vec3 {
-        let mut best = (0.0, Vec3::ZERO);
-        for _ in 0..24 {
-            let p = self.throw_bulb(dice, clear);
-            let space = self.space(p, bunches, clear);
-            if space > best.0 {
-                best = (space, p);
-            }
-            if space >= clear {
-                break;
-            }
-        }
-        best.1
-    }
-
     /// How far `p` is from branches and leaves, up to `most`.
-    fn space(&self, p: Vec3, bunches: &[Bunch], most: f32) -> f32 {
+    pub fn space(&self, p: Vec3, bunches: &[Bunch], most: f32) -> f32 {
         let wood = self.branches.iter().map(|branch| branch.distance(p)).fold(most, f32::min);
         let near = self.tips.iter().filter(|tip| tip.at.distance(p) < REACH * tip.size + most);
         near.fold(wood, |space, &Tip { at, kind, degrees, size }| {
@@ -111,8 +109,8 @@ impl Tree {
     }
 
     /// A place for a bulb: wound around a branch, or hung among leaves.
-    fn throw_bulb(&self, dice: &mut Dice, clear: f32) -> Vec3 {
-        if dice.happens(0.45) {
+    pub fn throw_bulb(&self, dice: &mut Dice, clear: f32) -> Vec3 {
+        if !self.branches.is_empty() && dice.happens(0.45) {
             let branch = &self.branches[dice.below(self.branches.len())];
             let (s, around) = (dice.between(0.0, 1.0), dice.between(0.0, TAU));
             let [a, b] = branch.ends;
@@ -122,7 +120,8 @@ impl Tree {
             return a.lerp(b, s) + (r + (q - r) * s + 1.2 * clear) * out;
         }
         let tip = &self.tips[dice.below(self.tips.len())];
-        tip.at + dice.within(Vec3::splat(-0.65), Vec3::splat(0.65))
+        let out = dice.within(Vec3::splat(-1.0), Vec3::splat(1.0)).normalize_or(Vec3::Y);
+        tip.at + (tip.size * dice.between(0.45, 0.75) + clear) * out
     }
 }
 
