@@ -44,7 +44,7 @@ pub const COLUMNS: [Variant; 7] = [
 ];
 
 /// The defaults with one thing said. Where that is the default already, it shows how far equal things come out unequal.
-const ABLATIONS: [Variant; 11] = [
+const ABLATIONS: [Variant; 12] = [
     variant("visibility off", &["--lights", "cache-points", "--cache-visibility", "off"]),
     variant("visibility threshold", &["--lights", "cache-points", "--cache-visibility", "threshold"]),
     variant("visibility root", &["--lights", "cache-points", "--cache-visibility", "root"]),
@@ -54,6 +54,7 @@ const ABLATIONS: [Variant; 11] = [
     variant("1 candidate", &["--lights", "cache-points", "--light-candidates", "1"]),
     variant("4 candidates", &["--lights", "cache-points", "--light-candidates", "4"]),
     variant("32 entries", &["--lights", "cache-points", "--cache-entries", "32"]),
+    variant("64 entries", &["--lights", "cache-points", "--cache-entries", "64"]),
     variant("256 entries", &["--lights", "cache-points", "--cache-entries", "256"]),
     variant("no refining", &["--lights", "cache-points", "--cache-no-refining"]),
 ];

@@ -55,8 +55,9 @@ pub const FEWEST_CANDIDATES: usize = 10;
 /// The lists of all points together take about this many bytes at most, twice as many while they are made anew: with many points each gets fewer.
 pub const MOST_BYTES: usize = 512 << 20;
 
-/// Lights and clusters that a point keeps at most where nothing else is asked for.
-pub const DEFAULT_ENTRIES: u32 = 64;
+/// Lights and clusters that a point keeps at most where nothing else is asked for. With 128 instead of 64 (two candidates, 160 × 90 pixels, 32 spp,
+/// two seeds) RMSE² × processor time is 0.74 as much in the scene `rooms`, 1.1 in `house` and 1.2 in `foliage`, the RMSE 0.75, 0.95 and 0.97.
+pub const DEFAULT_ENTRIES: u32 = 128;
 
 /// Which of the ways there are is taken; each improvement on the paper can be switched off.
 #[derive(Clone, Copy, Debug, PartialEq)]

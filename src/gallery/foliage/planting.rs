@@ -152,12 +152,15 @@ pub fn bulbs(
         };
         let (to_world, kind) = (place.to_world(), &kinds[place.kind]);
         let throw = |dice: &mut Dice| to_world.transform_point3(kind.throw_bulb(dice, clear / place.size));
-        let list: Vec<Vec3> = (0..bulbs).map(|_| freest(dice, throw, space, clear)).collect();
-        let glow = colour(dice, place);
-        // Those up the hill are dimmer, so that the eye stays with what is near.
-        let intensity = intensity * 15.0 / place.at.z.clamp(15.0, 30.0);
         seen += bulbs;
-        if seen <= SPHERES {
+        // Points need no room, and millions of them would take long to find it.
+        let is_seen = seen <= SPHERES;
+        let mut hang = || if is_seen { freest(dice, throw, space, clear) } else { throw(dice) };
+        let list: Vec<Vec3> = (0..bulbs).map(|_| hang()).collect();
+        let glow = colour(dice, place);
+        // Those up the hill are dimmer, so that the eye stays with what is near, and so that a place is lit by what is around it.
+        let intensity = intensity * 15.0 / place.at.z.clamp(15.0, 30.0);
+        if is_seen {
             t.of("globe", |t| glow.bulbs(t, &list, radius, intensity / (radius * radius)));
         } else {
             glow.points(t, &list, std::f32::consts::PI * intensity);
