@@ -112,8 +112,16 @@ impl Stretch {
 fn frames(path: &std::path::Path, cache: CacheSettings) -> Vec<Frame> {
     let film = FilmOverrides { resolution: Some(SIZE), crop: Some([0.0, 1.0, 0.0, SKY]) };
     let render = |seed| {
-        let options =
-            Options { spp: SPP, seed, film, cache, lights: LightSelection::CachePoints, ..Options::default() };
+        let options = Options {
+            spp: SPP,
+            seed,
+            film,
+            cache,
+            lights: LightSelection::CachePoints,
+            // So that there is little noise in other ways.
+            light_candidates: Some(4),
+            ..Options::default()
+        };
         let mut job = prepare_file(path, &options, &mut Warnings::default()).expect("it can be prepared");
         let image = render_job(&mut job, &options).film.channels();
         let channel = |name| -> Vec<f64> {

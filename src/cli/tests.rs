@@ -66,7 +66,7 @@ fn options_of_a_selector_that_was_not_asked_for_are_named() {
             let expected = format!("--cache-{option} is ignored: only --lights cache-points uses it");
             assert!(found.contains(&expected), "{lights}: {found:?}");
         }
-        assert_eq!(ignored(&format!("--lights {lights} --cache-entries 64")), [""; 0]);
+        assert_eq!(ignored(&format!("--lights {lights} --cache-entries 128")), [""; 0]);
     }
 }
 
