@@ -4,7 +4,10 @@
 
 mod common;
 
-use common::{CUBE, Options, SLACK, Shot, assert_mean, boundary, image_mean, integrate, render_text, shuffled_grid};
+use common::{
+    CUBE, Options, SLACK, Shot, assert_mean, boundary, glow, grid_medium, image_mean, integrate, render_text,
+    shuffled_grid,
+};
 
 /// Looks along z through the middle of the box from −1 to 1.
 fn along_z(depth: u32) -> Shot {
@@ -111,14 +114,8 @@ fn equilibrium_is_uniform() {
 /// No sample is NaN or infinite, and no ray takes more steps than it crosses voxels (and collisions come).
 #[test]
 fn extremes_end() {
-    let grid = |n: u32, values: &str, more: &str| {
-        format!(
-            "MakeNamedMedium \"g\" \"string type\" \"uniformgrid\" \"integer nx\" {n} \"integer ny\" {n} \"integer nz\" {n}
-             \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1] \"float density\" [{values}] \"rgb sigma_s\" [0 0 0] {more}\n"
-        )
-    };
-    let le =
-        |scale: f64, radiance: f64| format!("\"float scale\" {scale} \"rgb Le\" [{radiance} {radiance} {radiance}]");
+    let grid = |n: u32, values: &str, more: &str| grid_medium(n, values, &format!("\"rgb sigma_s\" [0 0 0] {more}"));
+    let le = glow;
     let cases = [
         ("one voxel", grid(1, "1", &le(1.0, 1.0)), 200),
         ("empty", grid(2, "0 0 0 0 0 0 0 0", &le(1.0, 1.0)), 1),

@@ -6,7 +6,7 @@
 mod common;
 
 use common::blocks::{Blocks, Family};
-use common::{CUBE, Options, Shot, boundary, image_mean, prepare_text, render_text, shuffled_grid};
+use common::{CUBE, Options, Shot, boundary, glow, grid_medium, image_mean, prepare_text, render_text, shuffled_grid};
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::Film;
 use lanternfish::render::{LightSelection, VolumeLights};
@@ -184,14 +184,7 @@ fn depths_agree() {
 /// No sample is NaN or infinite, and all renders end.
 #[test]
 fn extremes_end() {
-    let grid = |n: u32, values: &str, more: &str| {
-        format!(
-            "MakeNamedMedium \"g\" \"string type\" \"uniformgrid\" \"integer nx\" {n} \"integer ny\" {n} \"integer nz\" {n}
-             \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1] \"float density\" [{values}] {more}\n"
-        )
-    };
-    let le =
-        |scale: f64, radiance: f64| format!("\"float scale\" {scale} \"rgb Le\" [{radiance} {radiance} {radiance}]");
+    let (grid, le) = (grid_medium, glow);
     let cases = [
         ("one voxel", grid(1, "1", &le(1.0, 1.0))),
         ("empty", grid(2, "0 0 0 0 0 0 0 0", &le(1.0, 1.0))),

@@ -266,3 +266,16 @@ pub fn shuffled_grid(name: &str, parameters: &str) -> String {
         values.join(" ")
     )
 }
+
+/// The medium `g`: `n`³ voxels of density in the cube from −1 to 1, and what else is said of it.
+pub fn grid_medium(n: u32, values: &str, more: &str) -> String {
+    format!(
+        "MakeNamedMedium \"g\" \"string type\" \"uniformgrid\" \"integer nx\" {n} \"integer ny\" {n} \"integer nz\" {n}
+         \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1] \"float density\" [{values}] {more}\n"
+    )
+}
+
+/// What a medium says that emits white `radiance`, its density times `scale`.
+pub fn glow(scale: f64, radiance: f64) -> String {
+    format!("\"float scale\" {scale} \"rgb Le\" [{radiance} {radiance} {radiance}]")
+}

@@ -4,7 +4,9 @@
 //! Source: Li et al., DigiPro 2024, section 4.3 and its algorithm 2; Villemin & Hery, "Practical Illumination from Flames", JCGT 2013. Every
 //! cell that a ray crosses could have produced its direction ω, so from p
 //!
-//!     p(ω) = ∫ p_x(p + t ω) t² dt = Σ_cells p_x(cell) (t_out³ − t_in³) / 3,
+//! ```text
+//! p(ω) = ∫ p_x(p + t ω) t² dt = Σ_cells p_x(cell) (t_out³ − t_in³) / 3,
+//! ```
 //!
 //! with p_x the density of points, which is constant in a cell. **Ours:** energy is that which gets out: a cell's emission times the
 //! transmittance of the cells around it, the mean over the six directions of the axes, so that the inside of a cloud of smoke is not
