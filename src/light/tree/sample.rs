@@ -145,7 +145,8 @@ impl LightTree {
         let (nodes, middle) = self.pair(pair);
         let p = self::first(nodes, receiver);
         let cut = way.width * f64::from(p);
-        // Without a branch: half of its guesses would be wrong.
+        // Without a branch: a wrong guess would throw away the steps of the other ways too. A way on its own pays for it (`--lights tree` takes 3 %
+        // longer in the scene `rooms`).
         let is_second = way.left >= cut;
         let (rest, width) = (way.left - cut, way.width - cut);
         way.left = if is_second { rest } else { way.left };
