@@ -106,6 +106,21 @@ impl Hierarchy {
         }
     }
 
+    /// Centre and radius of a ball around a cluster; `None` at infinity.
+    pub fn ball(&self, lights: &Lights, cluster: &Cluster) -> Option<(glam::Vec3, f32)> {
+        let tree = self.tree.as_ref().filter(|_| cluster.node != AT_INFINITY)?;
+        Some(match tree.light(cluster) {
+            Some(light) => {
+                let bounds = lights.bounds(light);
+                (bounds.centre(), bounds.radius)
+            }
+            None => {
+                let node = tree.node(cluster.node);
+                (node.centre, node.radius)
+            }
+        })
+    }
+
     /// How much a cluster of several lights looks like many from `p`: its angular size, from a tenth (they count even where they are close
     /// together: some may be hidden) to 1.
     #[inline]

@@ -21,6 +21,7 @@ pub mod neighbours;
 pub mod order;
 pub mod prune;
 pub mod refine;
+pub mod scatter;
 pub mod seed;
 pub mod select;
 pub mod statistics;
@@ -44,6 +45,7 @@ use merge::{MergeSettings, SIGNATURE, Share, Signature, merge_similar};
 use neighbours::NeighbourSearch;
 use order::sort_spatially;
 use prune::prune_coincident;
+use scatter::{Phases, ScatterWeights};
 use seed::Candidate;
 pub use select::CacheScratch;
 pub use statistics::CacheStatistics;
@@ -104,6 +106,8 @@ pub struct CachePoints {
     lookup: NearestPoint,
     blur: BlurWeights,
     table: Table,
+    /// What media at the points scatter towards the camera, where in-scatter sampling asks for it.
+    scatter: Option<ScatterWeights>,
     /// How many iterations there were.
     iterations: u32,
     /// All lights that shine, for the small chance that any is chosen.
@@ -165,7 +169,7 @@ impl CachePoints {
         let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
         let uniform = Uniform::new(lights, dark);
         let mut cache =
-            Self { settings, hierarchy, positions, radii, lookup, blur, table, iterations: 0, uniform, statistics };
+            Self { settings, hierarchy, positions, radii, lookup, blur, table, scatter: None, iterations: 0, uniform, statistics };
         cache.statistics.describe(&cache.table);
         cache.statistics.bytes = cache.memory();
         Some(cache)
@@ -182,9 +186,44 @@ impl CachePoints {
             self.table.energies = energies(&self.hierarchy, lights, &self.positions, &self.table);
             self.table.energies = blur::blurred(&self.hierarchy, lights, &self.blur, &self.table);
             self.update();
+            self.visit_for_scattering(lights);
             self.statistics.describe(&self.table);
             self.statistics.bytes = self.memory();
         }
+        if let Some(scatter) = &mut self.scatter {
+            scatter.update(&self.table);
+        }
+    }
+
+    /// From now on keeps ready what media at the points scatter towards the camera, for these mean cosines of theirs.
+    pub fn weigh_scattering(&mut self, lights: &Lights, phases: Phases) {
+        let mut clock = Clock::start();
+        self.scatter = Some(ScatterWeights::new(phases));
+        self.visit_for_scattering(lights);
+        if let Some(scatter) = &mut self.scatter {
+            scatter.update(&self.table);
+        }
+        self.statistics.seconds.scatter = clock.lap();
+        self.statistics.bytes = self.memory();
+    }
+
+    /// Whether scatter weights are kept.
+    pub const fn scatters(&self) -> bool {
+        self.scatter.is_some()
+    }
+
+    fn visit_for_scattering(&mut self, lights: &Lights) {
+        if let Some(scatter) = &mut self.scatter {
+            let places: Vec<Site> = places(&self.positions, &self.radii).collect();
+            scatter.visit(&self.hierarchy, lights, &self.table, &places);
+        }
+    }
+
+    /// The scatter weights, the point nearest to `p` and its radius; `None` where no weights are kept.
+    #[inline]
+    pub fn scattering(&self, p: Vec3) -> Option<(&ScatterWeights, u32, f32)> {
+        let point = self.lookup.of(p);
+        self.scatter.as_ref().map(|scatter| (scatter, point, self.radii[point as usize]))
     }
 
     /// Whether lists are made anew: where they leave no light out, and W tells how often a light arrives.
@@ -221,6 +260,7 @@ impl CachePoints {
             + self.lookup.memory()
             + self.blur.memory()
             + self.table.memory()
+            + self.scatter.as_ref().map_or(0, ScatterWeights::memory)
             + self.uniform.memory()
     }
 }

@@ -48,13 +48,15 @@ pub struct BuildSeconds {
     pub blur: f64,
     /// The structure for look-ups.
     pub lookup: f64,
+    /// What media at the points scatter.
+    pub scatter: f64,
 }
 
 impl BuildSeconds {
     /// All of it.
     pub fn total(&self) -> f64 {
-        let Self { seed, hierarchy, prune, signatures, merge, gather, blur, lookup } = *self;
-        seed + hierarchy + prune + signatures + merge + gather + blur + lookup
+        let Self { seed, hierarchy, prune, signatures, merge, gather, blur, lookup, scatter } = *self;
+        seed + hierarchy + prune + signatures + merge + gather + blur + lookup + scatter
     }
 }
 

@@ -10,7 +10,7 @@ use crate::cache_points::learn::VisibilityRule;
 use crate::cache_points::{CacheSettings, DEFAULT_ENTRIES};
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
-use crate::render::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights};
+use crate::render::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights, VolumeSampling};
 
 /// Renders scenes with very many lights and OpenVDB volumes.
 #[derive(Debug, Parser)]
@@ -73,6 +73,9 @@ pub struct RenderArguments {
     /// Whether media that emit, given by grids, are chosen as lights.
     #[arg(long, value_enum, default_value_t = VolumeLights::Auto)]
     pub volume_lights: VolumeLights,
+    /// How scattering points are sampled along camera rays through media.
+    #[arg(long, value_enum, default_value_t = VolumeSampling::Auto)]
+    pub volume_sampling: VolumeSampling,
     /// Whether and how cache points learn which lights are hidden.
     #[arg(long, value_enum, default_value_t = VisibilityRule::Clusters, help_heading = "Cache points")]
     pub cache_visibility: VisibilityRule,
@@ -180,6 +183,7 @@ impl RenderArguments {
             splitting: self.splitting,
             light_candidates: self.light_candidates,
             volume_lights: self.volume_lights,
+            volume_sampling: self.volume_sampling,
             debug_cache_points: self.debug_cache_points.clone(),
             cache: CacheSettings {
                 gathering: self.cache_gathering,

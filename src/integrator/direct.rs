@@ -136,11 +136,8 @@ impl DirectLight<'_> {
     /// choice prepared for this vertex, so that the next hit can ask for the pmf of the light it meets.
     #[inline]
     pub fn gather<const MEDIA: bool>(&self, scratch: &mut Scratch) -> Rgb {
+        self.prepare(scratch);
         let choice = &self.world.light_choice;
-        choice.prepare(&self.world.lights, &self.vertex.receiver(self.world, self.wo), &mut scratch.lights);
-        let [lookups, reuses] = std::mem::take(&mut scratch.lights.cache.lookups);
-        scratch.counters.cache_lookups += lookups;
-        scratch.counters.cache_reuses += reuses;
         let mut gathered = Rgb::BLACK;
         for draw in 0..choice.draws(&scratch.lights) {
             if let Some((candidate, weight)) = self.choose(draw, scratch) {
@@ -148,6 +145,16 @@ impl DirectLight<'_> {
             }
         }
         gathered
+    }
+
+    /// Prepares the choice for this vertex.
+    #[inline]
+    pub fn prepare(&self, scratch: &mut Scratch) {
+        let choice = &self.world.light_choice;
+        choice.prepare(&self.world.lights, &self.vertex.receiver(self.world, self.wo), &mut scratch.lights);
+        let [lookups, reuses] = std::mem::take(&mut scratch.lights.cache.lookups);
+        scratch.counters.cache_lookups += lookups;
+        scratch.counters.cache_reuses += reuses;
     }
 
     /// The candidate of one draw, with its weight. Of several, one is resampled in proportion to its worth (Talbot et al. 2005, eq. 7):
@@ -243,7 +250,7 @@ impl DirectLight<'_> {
         let passed = if MEDIA { self.transmittance(&ray, sample.wi, scratch) } else { Transmittance::CLEAR };
 
         let weight = &path.weight;
-        let light_pdf = weight.unidirectional * *light_pdf;
+        let light_pdf = weight.light * *light_pdf;
         let pdf = if sample.is_delta {
             light_pdf
         } else {
@@ -261,7 +268,7 @@ impl DirectLight<'_> {
         let regions = self.regions_towards(sample.wi, scratch);
         let mut gathered = Rgb::BLACK;
         gather_line(self.world, ray, &regions, medium, &mut stream, scratch, |passed, emission| {
-            let pdf = weight.unidirectional * (passed.pass_probability * *scatter_pdf + Rgb::splat(*light_pdf));
+            let pdf = weight.unidirectional * passed.pass_probability * *scatter_pdf + weight.light * *light_pdf;
             gathered += passed.value * emission / pdf.mean();
         });
         let is_visible = !gathered.is_black();

@@ -28,7 +28,8 @@ pub struct PathWeight {
     pub throughput: Rgb,
     /// p_c / p_hero of sampling the path as it was sampled (by BSDFs, phase functions and free flights).
     pub unidirectional: Rgb,
-    /// p_c / p_hero of having reached the current vertex by sampling a light from the one before (without the light's own pdf).
+    /// At a vertex, p_c / p_hero of sampling a light there: the sum over all ways to have come there that do. Between vertices, of having reached the
+    /// current place by that (without the light's own pdf).
     pub light: Rgb,
 }
 
@@ -72,6 +73,28 @@ pub struct MediumVertex {
     pub links: LinkSet,
 }
 
+impl MediumVertex {
+    /// Where `medium` scatters at `p`.
+    #[inline]
+    pub fn new(world: &World, p: Vec3, medium: MediumId) -> Self {
+        let phase = HenyeyGreenstein::new(world.medium(medium).g());
+        Self { p, phase, links: world.media_links[medium.0 as usize] }
+    }
+}
+
+/// A vertex that a flight came to.
+pub struct FlightVertex {
+    /// The vertex.
+    pub vertex: MediumVertex,
+    /// The medium that scatters there.
+    pub medium: MediumId,
+    /// How far along the ray.
+    pub t: f32,
+    /// 1 / length, relative to the hero's pdf of the path: what it would be to have come here without a null collision deciding otherwise, and to have
+    /// stopped with density 1.
+    pub passed: f32,
+}
+
 /// Follows `ray` up to `ray.t_max` (the next surface) and samples whether and where a medium scatters it. The regions of
 /// `path` are moved along, its weight is updated, and `emit` receives emission: the path's weight where it is gathered, the medium that
 /// emits (`None` for homogeneous ones, which are no lights), how much, and what is known of the lights at the last vertex.
@@ -84,7 +107,7 @@ pub fn sample_flight(
     stream: &mut Stream,
     scratch: &mut Scratch,
     mut emit: impl FnMut(&PathWeight, Option<MediumId>, Rgb, &LightScratch),
-) -> Option<MediumVertex> {
+) -> Option<FlightVertex> {
     // The list is taken out of the scratch space so that both can be used at once; its memory is kept.
     let mut crossings = std::mem::take(&mut scratch.crossings);
     world.tracer.boundaries(ray, &mut crossings);
@@ -121,7 +144,7 @@ fn sample_stretch(
     stream: &mut Stream,
     counters: &mut Counters,
     emit: &mut impl FnMut(&PathWeight, Option<MediumId>, Rgb),
-) -> Option<MediumVertex> {
+) -> Option<FlightVertex> {
     let PathState { weight, regions, hero, .. } = path;
     let hero = *hero;
     let mut fog = FogGlow::Gathered;
@@ -159,15 +182,14 @@ fn sample_stretch(
             let inverse = 1.0 / real[hero];
             weight.throughput *= scattering * (inverse_majorant * inverse);
             weight.unidirectional *= real * inverse;
+            // Equal in all channels on a ray that has come from no vertex.
+            let passed = weight.light.max_channel() * (inverse_majorant * inverse);
             // From here on a light is sampled from this vertex.
             weight.light = weight.unidirectional;
             let p = ray.origin + ray.direction * within(collision.t, stretch, ray);
-            let links = world.media_links[collision.medium.0 as usize];
-            return (!weight.throughput.is_black()).then(|| MediumVertex {
-                p,
-                phase: HenyeyGreenstein::new(medium.g()),
-                links,
-            });
+            let vertex = MediumVertex::new(world, p, collision.medium);
+            let t = collision.t;
+            return (!weight.throughput.is_black()).then_some(FlightVertex { vertex, medium: collision.medium, t, passed });
         }
         let null = Rgb::WHITE - real;
         let inverse = 1.0 / null[hero];
@@ -204,11 +226,32 @@ pub fn transmittance(
     stream: &mut Stream,
     scratch: &mut Scratch,
 ) -> Transmittance {
+    pass(world, ray, regions, stream, scratch).transmittance
+}
+
+/// Where a ray has come to.
+pub(super) struct Passed {
+    /// What is left of it.
+    pub transmittance: Transmittance,
+    /// The regions there, if boundaries have changed them.
+    pub beyond: Option<Regions>,
+    /// Its end, moved off the boundary before it by what rounding may shift points.
+    pub end: f32,
+}
+
+/// Ratio tracking up to the end of `ray`, which starts in `regions`.
+pub(super) fn pass(
+    world: &World,
+    ray: &Ray,
+    regions: &Regions,
+    stream: &mut Stream,
+    scratch: &mut Scratch,
+) -> Passed {
     let mut crossings = std::mem::take(&mut scratch.crossings);
     world.tracer.boundaries(ray, &mut crossings);
     scratch.counters.boundary_rays += 1;
 
-    let mut result = Transmittance::CLEAR;
+    let mut transmittance = Transmittance::CLEAR;
     // Copied only where a boundary changes them.
     let mut beyond: Option<Regions> = None;
     let mut t_start = 0.0;
@@ -219,7 +262,7 @@ pub fn transmittance(
             let (origin, direction) = (ray.origin, ray.direction);
             let mut tracker = Tracker::new(&world.media, media, origin, direction, [t_start, t_end], stream);
             let steps = &mut scratch.counters.transmittance_steps;
-            if !result.track(&mut tracker, &world.media, origin, direction, stream, steps) {
+            if !transmittance.track(&mut tracker, &world.media, origin, direction, stream, steps) {
                 break;
             }
         }
@@ -231,5 +274,5 @@ pub fn transmittance(
         }
     }
     scratch.crossings = crossings;
-    result
+    Passed { transmittance, beyond, end: within(ray.t_max, [t_start, ray.t_max], ray) }
 }

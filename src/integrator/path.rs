@@ -6,7 +6,8 @@ use glam::Vec3;
 
 use super::counters::Counters;
 use super::direct::{DirectLight, Vertex};
-use super::flight::{PathState, PathWeight, sample_flight};
+use super::flight::{FlightVertex, PathState, PathWeight, sample_flight};
+use super::in_scatter::{self, InScatter};
 use super::light_choice::LightScratch;
 use super::volume_light::FlightPdfs;
 use super::world::World;
@@ -25,6 +26,8 @@ pub struct PathSettings {
     pub max_depth: u32,
     /// From how many candidates the light sample of a vertex is resampled; 1 for no resampling.
     pub light_candidates: u32,
+    /// Whether vertices that null tracking finds on a camera ray sample lights also where in-scatter sampling draws such vertices.
+    pub null_samples_lights: bool,
 }
 
 /// Memory that a thread reuses from path to path.
@@ -34,6 +37,8 @@ pub struct Scratch {
     pub crossings: Vec<BoundaryCrossing>,
     /// The lights' weights at the current vertex.
     pub lights: LightScratch,
+    /// What is known of the camera rays of the current pixel.
+    pub in_scatter: InScatter,
     /// What was done so far.
     pub counters: Counters,
 }
@@ -63,6 +68,13 @@ impl Layers {
             (Some(FirstVertex::Surface), 1) => result.direct += contribution,
             (Some(FirstVertex::Surface), _) => result.indirect += contribution,
         }
+    }
+
+    /// Adds light that a medium scatters towards the camera, found beside the path.
+    #[inline]
+    fn add_scattered(&mut self, contribution: Rgb) {
+        self.result.beauty += contribution;
+        self.result.volume += contribution;
     }
 }
 
@@ -99,6 +111,11 @@ pub fn trace_path<const MEDIA: bool>(
 
         if MEDIA {
             ray.t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+            let is_mixed = index == 1 && scratch.in_scatter.is_on() && settings.max_depth > 0;
+            if is_mixed {
+                let scattered = in_scatter::gather(world, settings, &ray, &path, random, scratch);
+                layers.add_scattered(scattered);
+            }
             let mut stream = random.stream(index, Dimension::Flight);
             let mut pdfs = FlightPdfs::new(world, &ray, sampled_from, path.links);
             let vertex =
@@ -110,7 +127,7 @@ pub fn trace_path<const MEDIA: bool>(
             if path.weight.throughput.is_black() {
                 break;
             }
-            if let Some(vertex) = vertex {
+            if let Some(FlightVertex { vertex, medium, t, passed }) = vertex {
                 if depth >= settings.max_depth {
                     break;
                 }
@@ -118,6 +135,16 @@ pub fn trace_path<const MEDIA: bool>(
                 scratch.counters.medium_vertices += 1;
                 layers.first.get_or_insert(FirstVertex::Medium);
                 let p = vertex.p;
+                let mut is_drawn = false;
+                if is_mixed {
+                    let share = in_scatter::medium_share(world, path.regions.media(), medium, p);
+                    let expected = passed * share * scratch.in_scatter.expected(t, ray.t_max);
+                    is_drawn = expected > 0.0 && expected.is_finite();
+                    if is_drawn {
+                        let null = if settings.null_samples_lights { path.weight.light } else { Rgb::BLACK };
+                        path.weight.light = null + Rgb::splat(expected);
+                    }
+                }
                 let gathered_at = Vertex::Medium(&vertex);
                 let direct = DirectLight {
                     world,
@@ -130,12 +157,21 @@ pub fn trace_path<const MEDIA: bool>(
                     random,
                     index,
                 };
-                layers.add(direct.gather::<MEDIA>(scratch), depth, false);
+                if is_drawn && !settings.null_samples_lights {
+                    direct.prepare(scratch);
+                } else {
+                    let gathered = direct.gather::<MEDIA>(scratch);
+                    layers.add(gathered, depth, false);
+                    if is_drawn {
+                        let more = path.weight.light.mean() / path.weight.unidirectional.mean() - 1.0;
+                        scratch.in_scatter.without += gathered * more;
+                    }
+                }
 
                 let [u0, u1, u_roulette] = random.draw::<3>(index, Dimension::Scatter);
                 let wi = vertex.phase.sample(wo, [u0, u1]);
                 // f / pdf = 1: only the pdf of having sampled a light instead changes.
-                path.weight.light = path.weight.unidirectional / vertex.phase.evaluate(wo, wi);
+                path.weight.light = path.weight.light / vertex.phase.evaluate(wo, wi);
                 sampled_from = Some(p);
                 path.links = Some(vertex.links);
                 ray = Ray { origin: p, direction: wi, t_max: f32::INFINITY, ..ray };
@@ -193,6 +229,7 @@ pub fn trace_path<const MEDIA: bool>(
             layers.result.depth = hit.t;
         }
 
+        path.weight.light = path.weight.unidirectional;
         let specular = bsdf.is_specular();
         if !specular {
             let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
@@ -208,7 +245,7 @@ pub fn trace_path<const MEDIA: bool>(
             break;
         }
         let pdf = if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi) } else { sample.pdf };
-        path.weight.light = path.weight.unidirectional / pdf;
+        path.weight.light = path.weight.light / pdf;
         sampled_from = (!sample.is_specular).then_some(point.p);
         path.links = Some(LinkSet(world.geometry.links(point.shape, point.instance)));
         if sample.is_transmission {

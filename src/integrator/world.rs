@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use super::light_choice::LightChoice;
 use crate::geometry::{Geometry, InstanceId, ShapeId, Tracer};
 use crate::light::{Lights, LinkSet};
@@ -31,6 +33,8 @@ pub struct World {
     pub volume_files: usize,
     /// What [`crate::geometry::Shape::medium_interface`] refers to.
     pub interfaces: Vec<Interface>,
+    /// A box around all shapes.
+    pub extent: (Vec3, Vec3),
     /// The regions that the camera starts in.
     pub camera_regions: Regions,
 }
@@ -39,6 +43,14 @@ impl World {
     /// Whether any path can be in a medium. Scenes without never run the code for media.
     pub fn has_media(&self) -> bool {
         !self.media.is_empty()
+    }
+
+    /// The mean cosines of all media that scatter, each once, in rising order.
+    pub fn phases(&self) -> Vec<f32> {
+        let mut all: Vec<f32> = self.media.iter().filter(|m| m.scatters()).map(Medium::g).collect();
+        all.sort_by(f32::total_cmp);
+        all.dedup();
+        all
     }
 
     /// The interface of a shape, where it separates different media.

@@ -4,6 +4,7 @@
 pub mod alias;
 pub mod frame;
 pub mod phase;
+pub mod piecewise;
 pub mod rgb;
 pub mod robust;
 pub mod sampler;

@@ -44,6 +44,8 @@ pub enum Dimension {
     Layers = 8,
     /// Choice among candidates for a light sample (1).
     Resample = 9,
+    /// Distance of in-scatter sampling (1), whether there is one (1), choice among overlapping media (1).
+    InScatter = 10,
 }
 
 const DIMENSIONS_PER_VERTEX: u32 = 16;

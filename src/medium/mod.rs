@@ -109,6 +109,14 @@ impl Medium {
         }
     }
 
+    /// Whether it scatters light anywhere.
+    pub fn scatters(&self) -> bool {
+        match self {
+            Self::Homogeneous(medium) => !medium.point.scattering.is_black(),
+            Self::Grid(medium) => medium.scatters(),
+        }
+    }
+
     /// Whether it emits light.
     pub fn is_emissive(&self) -> bool {
         match self {

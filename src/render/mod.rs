@@ -6,6 +6,7 @@
 
 pub mod build;
 pub mod memory;
+pub mod mixing;
 pub mod plan;
 pub mod progress;
 pub mod regions;
@@ -28,10 +29,11 @@ use crate::integrator::{Counters, LightChoice, PathSettings, Scratch, World, tra
 use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
 use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
+use mixing::{Mixing, PixelEvidence, TileMix};
 use plan::Plan;
 use progress::Tracking;
 pub use progress::{Progress, ProgressState, Silent};
-pub use settings::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights};
+pub use settings::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights, VolumeSampling};
 use stats::Iteration;
 pub use timing::Timings;
 
@@ -80,6 +82,8 @@ pub struct Job {
     pub aovs: bool,
     /// The path's rules.
     pub path: PathSettings,
+    /// How scattering points are sampled, where in-scatter sampling is there.
+    pub in_scatter: Option<VolumeSampling>,
     /// What was built and left out.
     pub plan: Plan,
     /// Seconds so far.
@@ -142,19 +146,29 @@ impl Job {
         }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
-        let mut path = PathSettings { max_depth, light_candidates: 1 };
+        let mut path = PathSettings { max_depth, light_candidates: 1, null_samples_lights: true };
         if matches!(world.light_choice, LightChoice::Pilot) && !settings.plan_only {
             let start = Instant::now();
             let seed = settings.seed.unwrap_or(scene_seed);
-            let builder =
-                build::CacheBuilder { camera: &camera, film: &film, path: &path, seed, settings: settings.cache };
+            let scatters = settings.volume_sampling != VolumeSampling::Null;
+            let builder = build::CacheBuilder {
+                camera: &camera,
+                film: &film,
+                path: &path,
+                seed,
+                settings: settings.cache,
+                phases: if scatters { world.phases() } else { vec![] },
+            };
             builder.build(&mut world, warnings);
             timings.cache_points = start.elapsed().as_secs_f64();
         }
         path.light_candidates =
             settings.light_candidates.unwrap_or_else(|| build::light_candidates(&world.light_choice, settings.lights));
+        path.null_samples_lights = settings.volume_sampling != VolumeSampling::InScatter;
+        let draws = world.light_choice.cache_points().is_some_and(|cache| cache.scatters());
+        let in_scatter = draws.then_some(settings.volume_sampling);
         let plan = Plan::of(&world, &camera, memory::of_film(&film));
-        Ok(Self { world, camera, film, aovs: true, path, plan, timings, scene_spp, scene_seed, backend })
+        Ok(Self { world, camera, film, aovs: true, path, in_scatter, plan, timings, scene_spp, scene_seed, backend })
     }
 
     /// Renders until `budget` is used up or `interrupt` is set. The samples of an unfinished pass are kept: each pixel then has its
@@ -171,6 +185,7 @@ impl Job {
         };
         let tracking = Tracking::new(budget, limit, self.film.bounds.area() as u64, start, progress);
         progress.start(tracking.total());
+        let mut mixing = Mixing::new(self.film.bounds, self.in_scatter);
         let mut done = 0;
         while done < limit && !interrupt.load(Ordering::Relaxed) {
             // 1, 1, 2, 4, 8 …: the image's sample count doubles.
@@ -184,9 +199,11 @@ impl Job {
                 pass = pass.min(affordable as u32);
             }
             let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking };
-            let done_now = context.run(&mut film);
+            let [drawing, points] = mixing.summary();
+            let done_now = context.run(&mut film, &mut mixing);
             counters += done_now;
             let mut iteration = Iteration::new(pass, &done_now);
+            (iteration.in_scatter_regions, iteration.in_scatter_points) = (drawing, points);
             let is_interrupted = interrupt.load(Ordering::Relaxed);
             if !is_interrupted {
                 done += pass;
@@ -194,6 +211,7 @@ impl Job {
             if !is_interrupted && done < limit {
                 let start = Instant::now();
                 self.world.light_choice.learn(&self.world.lights);
+                mixing.decide(pass);
                 iteration.learning = start.elapsed().as_secs_f64();
             }
             iterations.push(iteration);
@@ -270,21 +288,26 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    fn run(&self, film: &mut Film) -> Counters {
+    fn run(&self, film: &mut Film, mixing: &mut Mixing) -> Counters {
         let media = self.job.world.has_media();
         film.tiles_mut()
             .par_iter_mut()
-            .map_init(Scratch::default, |scratch, tile| {
+            .zip(mixing.tiles_mut())
+            .map_init(Scratch::default, |scratch, (tile, mix)| {
                 if self.interrupt.load(Ordering::Relaxed) {
                     return Counters::default();
                 }
-                scratch.counters = Counters::default();
+                (scratch.counters, scratch.in_scatter.work) = Default::default();
                 let bounds = tile.bounds();
                 for pixel in bounds.pixels() {
-                    let samples =
-                        if media { self.pixel::<true>(pixel, scratch) } else { self.pixel::<false>(pixel, scratch) };
+                    let samples = if media {
+                        self.pixel::<true>(pixel, mix, scratch)
+                    } else {
+                        self.pixel::<false>(pixel, mix, scratch)
+                    };
                     tile.merge(pixel, &samples);
                 }
+                mix.add_work([scratch.counters.work(), scratch.in_scatter.work]);
                 self.tracking.tile_ended(bounds.area() as u64 * self.samples.len() as u64);
                 scratch.counters
             })
@@ -295,15 +318,20 @@ impl Pass<'_> {
     /// learns from the one before that would be bias, so then every pass has a sequence of its own.
     fn sample_id(&self, pixel: [u32; 2], sample: u32) -> SampleId {
         let first = self.samples.start;
-        if first > 0 && self.job.world.light_choice.learns() {
+        let adapts = self.job.in_scatter == Some(VolumeSampling::Auto);
+        if first > 0 && (adapts || self.job.world.light_choice.learns()) {
             let seed = mix(u64::from(self.seed) << 32 | u64::from(first)) as u32;
             return SampleId { seed, pixel, sample: sample - first };
         }
         SampleId { seed: self.seed, pixel, sample }
     }
 
-    fn pixel<const MEDIA: bool>(&self, pixel: [u32; 2], scratch: &mut Scratch) -> PixelSamples {
+    fn pixel<const MEDIA: bool>(&self, pixel: [u32; 2], mix: &mut TileMix, scratch: &mut Scratch) -> PixelSamples {
         let job = self.job;
+        let mut evidence = PixelEvidence::default();
+        if MEDIA {
+            scratch.in_scatter.begin_pixel(mix.count);
+        }
         let mut samples = PixelSamples::new(job.film.sensor);
         let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
         for sample in self.samples.clone() {
@@ -316,8 +344,13 @@ impl Pass<'_> {
             let [u_time] = random.draw::<1>(0, Dimension::Time);
             let position = corner + Vec2::splat(0.5) + job.film.filter.sample([jitter_x, jitter_y]);
             let ray = job.camera.ray(position, [lens_u, lens_v], u_time);
-            samples.add(sample, &trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch));
+            let result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch);
+            samples.add(sample, &result);
+            if MEDIA && scratch.in_scatter.is_on() {
+                evidence.add(result.beauty, scratch);
+            }
         }
+        evidence.add_to(mix);
         samples
     }
 }

@@ -52,6 +52,21 @@ pub enum VolumeLights {
     Off,
 }
 
+/// How scattering points are sampled along camera rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VolumeSampling {
+    /// By null tracking, and by in-scatter sampling as well in those regions of the image where that pays.
+    #[default]
+    Auto,
+    /// By null tracking alone.
+    Null,
+    /// By in-scatter sampling wherever cache points expect light to be scattered.
+    InScatter,
+    /// By both everywhere, weighed by multiple importance sampling.
+    Both,
+}
+
 /// Where a PNG goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PngOutput {
@@ -78,6 +93,8 @@ pub struct RenderSettings {
     pub lights: LightSelection,
     /// Whether media that emit are chosen as lights.
     pub volume_lights: VolumeLights,
+    /// How scattering points are sampled along camera rays.
+    pub volume_sampling: VolumeSampling,
     /// The PNG file that shows the cache points that the camera sees, over the image; all of them go to a PLY file of the same name.
     pub debug_cache_points: Option<PathBuf>,
     /// How cache points are made and used.
@@ -137,6 +154,9 @@ impl RenderSettings {
         }
         // `auto` builds cache points where there are many lights.
         if !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
+            if matches!(self.volume_sampling, VolumeSampling::InScatter | VolumeSampling::Both) {
+                ignored("--volume-sampling", "cache-points");
+            }
             let CacheSettings { gathering, visibility, refine, normals, beams, candidates, entries } = self.cache;
             let default = CacheSettings::default();
             for (option, differs) in [

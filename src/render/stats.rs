@@ -61,6 +61,10 @@ pub struct Iteration {
     pub shadow_rays: u64,
     /// The share of them that was blocked: it falls as visibility is learned.
     pub blocked: f64,
+    /// The share of the image's regions where in-scatter sampling draws points, and how many of them for a path there.
+    pub in_scatter_regions: f64,
+    /// See there.
+    pub in_scatter_points: f64,
     /// Wall-clock seconds that taking over what it taught took.
     pub learning: f64,
 }
@@ -70,7 +74,7 @@ impl Iteration {
     pub fn new(samples: u32, counters: &Counters) -> Self {
         let shadow_rays = counters.shadow_rays;
         let blocked = counters.shadow_rays_blocked as f64 / shadow_rays.max(1) as f64;
-        Self { samples, shadow_rays, blocked, learning: 0.0 }
+        Self { samples, shadow_rays, blocked, in_scatter_regions: 0.0, in_scatter_points: 0.0, learning: 0.0 }
     }
 }
 

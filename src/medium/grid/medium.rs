@@ -115,6 +115,11 @@ impl GridMedium {
         self.majorants = self.majorants.combined(&bounds, |extinction, e| extinction.max(gathering.rate(e)));
     }
 
+    /// Whether it scatters light anywhere.
+    pub fn scatters(&self) -> bool {
+        !self.parts.sigma_s.is_black() && self.largest_extinction > 0.0
+    }
+
     fn source_map(&self) -> &IndexMap {
         &source(&self.parts).map
     }

@@ -5,6 +5,7 @@ use std::time::Instant;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use crate::cache_points::scatter::{MOST_PHASES, Phases};
 use crate::cache_points::seed::{Candidate, MOST_IN_BOXES, MOST_PILOTS, along_beams, scatter_in_boxes};
 use crate::cache_points::{CachePoints, CacheSettings, CacheStatistics};
 use crate::film::FilmSettings;
@@ -36,6 +37,8 @@ pub struct CacheBuilder<'a> {
     pub seed: u32,
     /// How points are made.
     pub settings: CacheSettings,
+    /// The mean cosines of media whose scattering is to be weighed; empty for none.
+    pub phases: Vec<f32>,
 }
 
 impl CacheBuilder<'_> {
@@ -59,7 +62,12 @@ impl CacheBuilder<'_> {
         let pixel = self.camera.pixel_angle();
         let cache = CachePoints::build(&world.lights, candidates, pixel, self.settings, statistics);
         world.light_choice = match cache {
-            Some(cache) => LightChoice::CachePoints(Box::new(cache)),
+            Some(mut cache) => {
+                if !self.phases.is_empty() {
+                    cache.weigh_scattering(&world.lights, spread(&self.phases));
+                }
+                LightChoice::CachePoints(Box::new(cache))
+            }
             None => {
                 warnings.add(None, "too few places for cache points: every vertex asks every light");
                 LightChoice::Selector(LightSelector::build(SelectorKind::Optimal, &world.lights, warnings))
@@ -103,6 +111,12 @@ impl CacheBuilder<'_> {
             trace_path::<false>(world, self.path, ray, &random, scratch);
         }
     }
+}
+
+/// As many of `phases`, which are in rising order, as scatter weights are kept for.
+fn spread(phases: &[f32]) -> Phases {
+    let count = phases.len().min(MOST_PHASES);
+    (0..count).map(|k| phases[if count > 1 { k * (phases.len() - 1) / (count - 1) } else { 0 }]).collect()
 }
 
 /// Evenly chosen ones where there are more than `most`.

@@ -15,7 +15,7 @@ use self::geometry::GeometryBuilder;
 use self::media::MediaBuilder;
 use super::RenderError;
 use super::regions::camera_regions;
-use super::settings::{LightSelection, RenderSettings, VolumeLights};
+use super::settings::{LightSelection, RenderSettings, VolumeLights, VolumeSampling};
 use super::timing::Timings;
 use crate::geometry::{Backend, Tracer};
 use crate::integrator::{LightChoice, World};
@@ -95,9 +95,11 @@ pub fn build_world(
     if has_opacity {
         lights.set_opacity(materials.clone());
     }
-    let light_choice = light_choice(&lights, settings, warnings);
+    let scatters = media.media.iter().any(Medium::scatters);
+    let light_choice = light_choice(&lights, scatters, settings, warnings);
     timings.lights = start.elapsed().as_secs_f64();
 
+    let extent = geometry.bounds();
     let mut world = World {
         geometry,
         tracer,
@@ -109,6 +111,7 @@ pub fn build_world(
         media_links: media.links,
         volume_files: media.volume_files,
         interfaces: media.interfaces,
+        extent,
         camera_regions: Default::default(),
     };
     if world.has_media() {
@@ -119,8 +122,13 @@ pub fn build_world(
 
 /// The way of choosing lights that was asked for; `auto` decides by their number. [`LightChoice::Pilot`] where cache points are to be
 /// built ([`CacheBuilder`]).
-fn light_choice(lights: &Lights, settings: &RenderSettings, warnings: &mut Warnings) -> LightChoice {
-    let several = lights.ids().filter(|&id| !lights.is_dark(id)).nth(1).is_some();
+fn light_choice(lights: &Lights, scatters: bool, settings: &RenderSettings, warnings: &mut Warnings) -> LightChoice {
+    let mut live = lights.ids().filter(|&id| !lights.is_dark(id));
+    let (some, several) = (live.next().is_some(), live.next().is_some());
+    let by_cache_points = matches!(settings.lights, LightSelection::Auto | LightSelection::CachePoints);
+    if some && scatters && by_cache_points && settings.volume_sampling != VolumeSampling::Null {
+        return LightChoice::Pilot;
+    }
     let kind = match settings.lights {
         LightSelection::CachePoints if several => return LightChoice::Pilot,
         LightSelection::Auto if several && lights.len() > OPTIMAL_UP_TO => return LightChoice::Pilot,

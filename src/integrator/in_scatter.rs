@@ -1,0 +1,292 @@
+//! In-scatter sampling: scattering points on camera rays, drawn where cache points expect light to be scattered towards the camera, combined
+//! with null-collision tracking by multiple importance sampling. Source: Li et al. 2024, section 4.2.
+//!
+//! The ray's density p_select over distance is linear between knots ([`PiecewiseLinear`]). A point x_k drawn from it is reached by ratio tracking,
+//! against null tracking that reaches it past the same null collisions, so nearly everything cancels:
+//!
+//! ```text
+//! p_null : p_in-scatter  =  P_n(x_1) … P_n(x_{k−1}) μ̄(x_k) P_s(x_k)  :  p_select(x_k)
+//! ```
+//!
+//! What is drawn is a place to sample lights from. So the direct light that a vertex on a camera ray receives is found in three ways
+//! (null tracking or in-scatter sampling with a light sample, null tracking with a phase sample), and weighed by the balance heuristic over
+//! all of them; longer paths go on from null tracking's vertices alone.
+//!
+//! **Ours:** the knots carry the transmittance to the camera as well; they lie as close as the cache points do; and they are laid out once for all
+//! samples that a pixel takes in a pass. The samples' rays differ a little, which is why any density that is 0 somewhere is allowed.
+
+use glam::Vec3;
+
+use super::direct::{DirectLight, Vertex};
+use super::flight::{MediumVertex, PathState, PathWeight, pass};
+use super::path::{PathSettings, Scratch};
+use super::world::World;
+use crate::cache_points::CachePoints;
+use crate::geometry::Ray;
+use crate::math::Rgb;
+use crate::math::piecewise::PiecewiseLinear;
+use crate::math::sampler::{Dimension, SamplePoint};
+use crate::medium::regions::Regions;
+use crate::medium::{MediumId, MediumPoint};
+
+/// Knots along a ray, about, at most and at least.
+const MOST_KNOTS: f32 = 128.0;
+const FEWEST_KNOTS: f32 = 12.0;
+/// Distance between knots, in radii of the nearest cache point.
+const KNOT_RADII: f32 = 0.5;
+/// And in mean free paths.
+const KNOT_DEPTH: f32 = 0.5;
+/// Beyond this optical depth nothing is drawn.
+const DEEPEST: f32 = 9.0;
+/// How often the knots of a pixel are laid out anew because a ray reaches farther than the ones before.
+const MOST_LAYOUTS: u32 = 3;
+/// The first number of the vertices that are drawn: path vertices never come this far.
+const FIRST_INDEX: u32 = 1 << 24;
+
+/// The density along the rays of a pixel, and what it brings. One per thread, reused.
+#[derive(Debug, Default)]
+pub struct InScatter {
+    density: PiecewiseLinear,
+    /// How far the ray that it was made for went.
+    reach: f32,
+    layouts: u32,
+    /// Points that each camera path draws: a whole number, or a probability.
+    count: f32,
+    /// What the current path would have brought without in-scatter sampling, less what it brought.
+    pub without: Rgb,
+    /// What the points drawn on the current path's camera ray brought.
+    pub drawn: Rgb,
+    /// What they took, of all paths so far.
+    pub work: u64,
+}
+
+impl InScatter {
+    /// A new pixel begins, each of whose paths draws `count` points: a whole number, or a probability.
+    pub fn begin_pixel(&mut self, count: f32) {
+        self.count = count;
+        self.layouts = 0;
+        self.reach = 0.0;
+        self.density.clear();
+    }
+
+    /// Whether the pixel's paths draw points.
+    #[inline]
+    pub fn is_on(&self) -> bool {
+        self.count > 0.0
+    }
+
+    /// The pdf with which a point at `t` of a camera ray that ends at `t_max` is drawn, times the number of points that are.
+    #[inline]
+    pub fn expected(&self, t: f32, t_max: f32) -> f32 {
+        self.count * self.density.pdf(t, t_max)
+    }
+}
+
+/// The direct light that points drawn on the camera ray `ray` scatter back along it. `path` is as it leaves the camera.
+pub fn gather(
+    world: &World,
+    settings: &PathSettings,
+    ray: &Ray,
+    path: &PathState,
+    random: &SamplePoint,
+    scratch: &mut Scratch,
+) -> Rgb {
+    let before = scratch.counters.work();
+    let Some(cache) = world.light_choice.cache_points() else { return Rgb::BLACK };
+    lay_out(world, cache, ray, &path.regions, scratch);
+    let count = scratch.in_scatter.count;
+    let [u, u_count, u_medium] = random.draw::<3>(FIRST_INDEX, Dimension::InScatter);
+    let draws = if count < 1.0 { u32::from(u_count < count) } else { count as u32 };
+    let mut gathered = Rgb::BLACK;
+    for draw in 0..draws {
+        let u = (f64::from(u) + f64::from(draw)) / f64::from(draws);
+        let Some((t, pdf)) = scratch.in_scatter.density.sample(u, ray.t_max) else { break };
+        let index = FIRST_INDEX + draw;
+        scratch.counters.medium_vertices += 1;
+        if let Some((vertex, path)) = scatter_at(world, ray, [t, pdf], u_medium, path, settings.null_samples_lights, (random, index), scratch) {
+            let (vertex, wo) = (Vertex::Medium(&vertex), -ray.direction);
+            let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path: &path, depth: 1, random, index };
+            gathered += direct.gather::<true>(scratch);
+        }
+    }
+    // The path begins without a cache point in use.
+    world.light_choice.begin_path(&mut scratch.lights);
+    let in_scatter = &mut scratch.in_scatter;
+    (in_scatter.drawn, in_scatter.without) = (gathered, Rgb::BLACK - gathered);
+    in_scatter.work += scratch.counters.work() - before;
+    gathered
+}
+
+/// A vertex at the distance `t`, drawn with the density `pdf`; all weights are relative to that of having drawn it and its medium.
+fn scatter_at(
+    world: &World,
+    ray: &Ray,
+    [t, pdf]: [f32; 2],
+    u_medium: f32,
+    camera: &PathState,
+    null_samples_lights: bool,
+    (random, index): (&SamplePoint, u32),
+    scratch: &mut Scratch,
+) -> Option<(MediumVertex, PathState)> {
+    let to_point = Ray { t_max: t, ..*ray };
+    let mut stream = random.stream(index, Dimension::Flight);
+    let passed = pass(world, &to_point, &camera.regions, &mut stream, scratch);
+    if passed.transmittance.value.is_black() {
+        return None;
+    }
+    let regions = passed.beyond.unwrap_or_else(|| camera.regions.clone());
+    let p = ray.origin + ray.direction * passed.end;
+    let (medium, share) = choose_medium(world, regions.media(), p, u_medium)?;
+    let MediumPoint { absorption, scattering, .. } = world.medium(medium).point(p);
+    let inverse = 1.0 / (pdf * share);
+    let unidirectional = passed.transmittance.pass_probability * (absorption + scattering) * inverse;
+    // Lights are sampled here by both techniques.
+    let null = if null_samples_lights { unidirectional } else { Rgb::BLACK };
+    let weight = PathWeight {
+        throughput: passed.transmittance.value * scattering * inverse,
+        unidirectional,
+        light: null + Rgb::splat(scratch.in_scatter.count),
+    };
+    let vertex = MediumVertex::new(world, p, medium);
+    Some((vertex, PathState { weight, regions, hero: camera.hero, links: None }))
+}
+
+/// The medium that scatters at `p`, in proportion to the media's scattering coefficients, and its probability.
+fn choose_medium(world: &World, media: &[MediumId], p: Vec3, u: f32) -> Option<(MediumId, f32)> {
+    if let &[only] = media {
+        return Some((only, 1.0));
+    }
+    let strength = |id: MediumId| world.medium(id).point(p).scattering.luminance();
+    let total: f32 = media.iter().map(|&id| strength(id)).sum();
+    let mut rest = u * total;
+    let mut chosen = None;
+    for &id in media {
+        let own = strength(id);
+        if own > 0.0 {
+            chosen = Some((id, own / total));
+            if rest < own {
+                break;
+            }
+        }
+        rest -= own;
+    }
+    chosen
+}
+
+/// The probability with which [`choose_medium`] chooses `medium` at `p`.
+pub(super) fn medium_share(world: &World, media: &[MediumId], medium: MediumId, p: Vec3) -> f32 {
+    if media.len() == 1 {
+        return 1.0;
+    }
+    let strength = |id: MediumId| world.medium(id).point(p).scattering.luminance();
+    let total: f32 = media.iter().map(|&id| strength(id)).sum();
+    if total > 0.0 { strength(medium) / total } else { 0.0 }
+}
+
+/// Makes sure that the knots reach as far as `ray` does.
+fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &Regions, scratch: &mut Scratch) {
+    let InScatter { reach, layouts, .. } = &scratch.in_scatter;
+    if *layouts > 0 && (ray.t_max <= 1.02 * reach || *layouts >= MOST_LAYOUTS) {
+        return;
+    }
+    let mut density = std::mem::take(&mut scratch.in_scatter.density);
+    density.clear();
+    let (low, high) = world.extent;
+    let t_end = ray.t_max.min(leaves(ray, low, high));
+    let mut crossings = std::mem::take(&mut scratch.crossings);
+    world.tracer.boundaries(&Ray { t_max: t_end, ..*ray }, &mut crossings);
+    scratch.counters.boundary_rays += 1;
+    let mut regions = regions.clone();
+    let mut layout = Layout { world, cache, ray, density: &mut density, depth: Rgb::BLACK, lookups: 0 };
+    let mut t_start = 0.0;
+    for i in 0..=crossings.len() {
+        let end = crossings.get(i).map_or(t_end, |c| c.t);
+        if !regions.media().is_empty() && end > t_start {
+            layout.add([t_start, end], t_end, regions.media());
+        }
+        if let Some(crossing) = crossings.get(i) {
+            // Counted by whoever walks the ray.
+            let _ = world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering);
+            t_start = crossing.t;
+        }
+    }
+    // A knot is a look-up and a step.
+    scratch.counters.cache_lookups += layout.lookups;
+    scratch.counters.flight_steps += layout.lookups;
+    scratch.crossings = crossings;
+    let in_scatter = &mut scratch.in_scatter;
+    (in_scatter.density, in_scatter.reach) = (density, ray.t_max);
+    in_scatter.layouts += 1;
+}
+
+/// Where `ray` leaves a box for good; 0 where it never meets it.
+fn leaves(ray: &Ray, low: Vec3, high: Vec3) -> f32 {
+    let (a, b) = ((low - ray.origin) / ray.direction, (high - ray.origin) / ray.direction);
+    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+    if leave > enter.max(0.0) { leave } else { 0.0 }
+}
+
+/// Knots in the making.
+struct Layout<'a> {
+    world: &'a World,
+    cache: &'a CachePoints,
+    ray: &'a Ray,
+    density: &'a mut PiecewiseLinear,
+    /// Optical depth so far.
+    depth: Rgb,
+    lookups: u64,
+}
+
+/// What there is at a knot.
+struct Place {
+    extinction: Rgb,
+    /// Luminance of what is scattered towards the camera and arrives.
+    value: f32,
+    /// Where the next knot should be at the latest.
+    step: f32,
+}
+
+impl Layout<'_> {
+    /// Knots for a stretch through `media` of a ray that is looked at up to `t_end`.
+    fn add(&mut self, [t_start, t_stop]: [f32; 2], t_end: f32, media: &[MediumId]) {
+        let (least, most) = (t_end / MOST_KNOTS, t_end / FEWEST_KNOTS);
+        let mut t = t_start;
+        let mut last: Option<(f32, Rgb)> = None;
+        self.density.push(t_start, 0.0);
+        loop {
+            let place = self.at(t, media, last);
+            self.density.push(t, place.value);
+            if t >= t_stop || self.depth.min_channel() > DEEPEST {
+                break;
+            }
+            last = Some((t, place.extinction));
+            let next = t + place.step.clamp(least, most);
+            t = if next + 0.5 * least < t_stop { next } else { t_stop };
+        }
+        self.density.push(t, 0.0);
+    }
+
+    fn at(&mut self, t: f32, media: &[MediumId], last: Option<(f32, Rgb)>) -> Place {
+        let p = self.ray.origin + self.ray.direction * t;
+        self.lookups += 1;
+        let Some((weights, point, radius)) = self.cache.scattering(p) else {
+            return Place { extinction: Rgb::BLACK, value: 0.0, step: f32::INFINITY };
+        };
+        let (mut extinction, mut scattered) = (Rgb::BLACK, Rgb::BLACK);
+        for &id in media {
+            let medium = self.world.medium(id);
+            let MediumPoint { absorption, scattering, .. } = medium.point(p);
+            extinction += absorption + scattering;
+            if !scattering.is_black() {
+                scattered += scattering * weights.of(point, weights.phase(medium.g()));
+            }
+        }
+        if let Some((before, of_before)) = last {
+            self.depth += (of_before + extinction) * (0.5 * (t - before));
+        }
+        let value = (scattered * self.depth.map(|tau| (-tau).exp())).luminance();
+        let value = if value > 0.0 { value.min(f32::MAX) } else { 0.0 };
+        let free = KNOT_DEPTH / extinction.max_channel();
+        Place { extinction, value, step: (KNOT_RADII * radius).min(free) }
+    }
+}

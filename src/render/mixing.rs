@@ -1,0 +1,168 @@
+//! Whether in-scatter sampling pays, and where. The paper leaves that to the artist (Li et al. 2024, section 4.2), because it can cost more
+//! than it gains. **Ours:** the first passes draw points everywhere. Each sample then tells what it would have brought without them, and how much of its
+//! work they were, so both variance times work are known of the same paths. Between passes each tile keeps what is better, going by itself and
+//! the tiles around it.
+//!
+//! Work is counted in rays and steps, not measured, so the image does not depend on the machine or the number of threads.
+
+use glam::Vec3;
+
+use super::settings::VolumeSampling;
+use crate::film::{Moments, PixelBounds, TILE_SIZE};
+use crate::integrator::Scratch;
+use crate::integrator::in_scatter::InScatter;
+use crate::math::Rgb;
+
+/// How far around a tile others count, in tiles.
+const AROUND: usize = 1;
+
+/// Points a path that a tile may draw.
+const COUNTS: [f32; 4] = [0.0, 1.0, 2.0, 4.0];
+
+/// What one more point must gain to be drawn, and what none must gain for tiles to stop drawing.
+const WORTHWHILE: f64 = 0.95;
+
+/// Evidence of one tile from one pass.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Evidence {
+    /// Variance of a sample, summed over pixels.
+    with: f64,
+    /// As it would have been without points drawn.
+    without: f64,
+    /// Of what the points bring.
+    drawn: f64,
+    /// Work for all of it, and for the points.
+    work: [f64; 2],
+}
+
+impl Evidence {
+    fn add(&mut self, other: &Self) {
+        self.with += other.with;
+        self.without += other.without;
+        self.drawn += other.drawn;
+        self.work = [self.work[0] + other.work[0], self.work[1] + other.work[1]];
+    }
+
+    /// How many points a path should draw where it drew `count` of them: the number with the least variance times work.
+    fn best(&self, count: f32) -> f32 {
+        let rest = self.work[0] - self.work[1];
+        let others = (self.with - self.drawn).max(0.0);
+        let none = self.without * rest;
+        let expected = |n: f32| {
+            let ratio = f64::from(n / count);
+            // Of more points than were tried, only their own variance is known to fall.
+            (others + self.drawn / ratio) * (rest + self.work[1] * ratio)
+        };
+        let mut best = (0.0, none);
+        for n in COUNTS.into_iter().filter(|&n| n > 0.0) {
+            let value = if n == count { self.with * self.work[0] } else { expected(n) };
+            if value < WORTHWHILE * best.1 {
+                best = (n, value);
+            }
+        }
+        best.0
+    }
+}
+
+/// One tile: how many points its paths draw, and what that has come to in the last pass.
+#[derive(Clone, Copy, Debug)]
+pub struct TileMix {
+    /// Points that each camera path draws.
+    pub count: f32,
+    evidence: Evidence,
+}
+
+/// All tiles, in the film's order.
+#[derive(Clone, Debug)]
+pub struct Mixing {
+    columns: usize,
+    adapts: bool,
+    tiles: Vec<TileMix>,
+}
+
+impl Mixing {
+    /// For an image of this size.
+    pub fn new(bounds: PixelBounds, sampling: Option<VolumeSampling>) -> Self {
+        let tiles = |pixels: u32| pixels.div_ceil(TILE_SIZE) as usize;
+        let (columns, rows) = (tiles(bounds.width()), tiles(bounds.height()));
+        let count = if matches!(sampling, None | Some(VolumeSampling::Null)) { 0.0 } else { 1.0 };
+        let tile = TileMix { count, evidence: Evidence::default() };
+        Self { columns, adapts: sampling == Some(VolumeSampling::Auto), tiles: vec![tile; columns * rows] }
+    }
+
+    /// The tiles, in the film's order.
+    pub fn tiles_mut(&mut self) -> &mut [TileMix] {
+        &mut self.tiles
+    }
+
+    /// Whether later passes go by what earlier ones came to.
+    pub const fn adapts(&self) -> bool {
+        self.adapts
+    }
+
+    /// Whether no tile draws points any more.
+    pub fn is_off(&self) -> bool {
+        self.tiles.iter().all(|tile| tile.count == 0.0)
+    }
+
+    /// The share of tiles that draw points, and the mean number of points that they draw for a path.
+    pub fn summary(&self) -> [f64; 2] {
+        let on = self.tiles.iter().filter(|tile| tile.count > 0.0).count();
+        let points: f64 = self.tiles.iter().map(|tile| f64::from(tile.count)).sum();
+        [on as f64 / self.tiles.len().max(1) as f64, if on > 0 { points / on as f64 } else { 0.0 }]
+    }
+
+    /// A pass of `samples` a pixel is over: tiles that drew points go by what it showed.
+    pub fn decide(&mut self, samples: u32) {
+        if !self.adapts || samples < 2 {
+            return;
+        }
+        let rows = self.tiles.len() / self.columns.max(1);
+        let before = self.tiles.clone();
+        for (number, tile) in self.tiles.iter_mut().enumerate() {
+            if tile.count == 0.0 {
+                continue;
+            }
+            let near = |i: usize, end: usize| i.saturating_sub(AROUND)..(i + AROUND + 1).min(end);
+            let mut evidence = Evidence::default();
+            for row in near(number / self.columns, rows) {
+                for column in near(number % self.columns, self.columns) {
+                    let other = &before[row * self.columns + column];
+                    if other.count == tile.count {
+                        evidence.add(&other.evidence);
+                    }
+                }
+            }
+            tile.count = evidence.best(tile.count);
+        }
+        self.tiles.iter_mut().for_each(|tile| tile.evidence = Evidence::default());
+    }
+}
+
+/// The samples of one pixel: what they brought, what they would have brought without points drawn, what those brought.
+#[derive(Default)]
+pub struct PixelEvidence(Moments);
+
+impl PixelEvidence {
+    /// Adds a sample that brought `beauty`.
+    #[inline]
+    pub fn add(&mut self, beauty: Rgb, scratch: &Scratch) {
+        let InScatter { without, drawn, .. } = &scratch.in_scatter;
+        self.0.add(Vec3::new(beauty.luminance(), (beauty + *without).luminance(), drawn.luminance()).as_dvec3());
+    }
+
+    /// Adds the pixel to its tile.
+    pub fn add_to(&self, tile: &mut TileMix) {
+        if self.0.count > 1 && self.0.squares.is_finite() {
+            let [with, without, drawn] = (self.0.squares / (self.0.count - 1) as f64).to_array();
+            tile.evidence.add(&Evidence { with, without, drawn, work: [0.0; 2] });
+        }
+    }
+}
+
+impl TileMix {
+    /// Adds what a tile's samples took: work for all of it, and for the points.
+    pub fn add_work(&mut self, work: [u64; 2]) {
+        self.evidence.add(&Evidence { work: work.map(|n| n as f64), ..Evidence::default() });
+    }
+}
