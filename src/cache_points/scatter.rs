@@ -85,14 +85,15 @@ impl ScatterWeights {
         self.lobes = self.phases.iter().map(of_phase).collect();
     }
 
-    /// Takes over what was learned of the lights' visibility.
+    /// Takes over what was learned of the lights' visibility: with W = √R, W² is the share of them that arrives. (W itself, which is best where
+    /// one technique has to find all light, gave 6 % less in the scene `godrays`: null tracking looks after what is expected too rarely.)
     pub fn update(&mut self, table: &Table) {
         let points = table.offsets.len() as u32 - 1;
         let of_phase = |lobes: &Vec<f32>| -> Vec<f32> {
             let sum = |point: u32| {
                 let entries = range(&table.offsets, point);
                 let (fluence, _) = table.energies(point);
-                let seen = fluence.iter().zip(&table.visibility[entries.clone()]).map(|(fluence, w)| fluence * w);
+                let seen = fluence.iter().zip(&table.visibility[entries.clone()]).map(|(fluence, w)| fluence * w * w);
                 let sum: f64 = match lobes.get(entries) {
                     Some(lobes) => seen.zip(lobes).map(|(seen, lobe)| f64::from(seen * lobe)).sum(),
                     None => seen.map(f64::from).sum(),

@@ -5,6 +5,8 @@
 //! the mean over the channels of the pdfs with which each of them would have made the same decisions. All
 //! pdfs are kept relative to the hero's, so they stay near 1 however long the path.
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 
 use super::counters::Counters;
@@ -219,6 +221,7 @@ fn within(t: f32, [t_start, t_end]: [f32; 2], ray: &Ray) -> f32 {
 }
 
 /// Estimates the transmittance of `ray` (a shadow ray that nothing blocks) through all media and across all boundaries.
+#[inline]
 pub fn transmittance(
     world: &World,
     ray: &Ray,
@@ -226,53 +229,42 @@ pub fn transmittance(
     stream: &mut Stream,
     scratch: &mut Scratch,
 ) -> Transmittance {
-    pass(world, ray, regions, stream, scratch).transmittance
+    pass(world, ray, &mut Cow::Borrowed(regions), stream, scratch).0
 }
 
-/// Where a ray has come to.
-pub(super) struct Passed {
-    /// What is left of it.
-    pub transmittance: Transmittance,
-    /// The regions there, if boundaries have changed them.
-    pub beyond: Option<Regions>,
-    /// Its end, moved off the boundary before it by what rounding may shift points.
-    pub end: f32,
-}
-
-/// Ratio tracking up to the end of `ray`, which starts in `regions`.
+/// Ratio tracking up to the end of `ray`: moves `regions` along, and returns the transmittance and where the end is, moved off the boundary
+/// before it by what rounding may shift points.
 pub(super) fn pass(
     world: &World,
     ray: &Ray,
-    regions: &Regions,
+    regions: &mut Cow<'_, Regions>,
     stream: &mut Stream,
     scratch: &mut Scratch,
-) -> Passed {
+) -> (Transmittance, f32) {
     let mut crossings = std::mem::take(&mut scratch.crossings);
     world.tracer.boundaries(ray, &mut crossings);
     scratch.counters.boundary_rays += 1;
 
-    let mut transmittance = Transmittance::CLEAR;
-    // Copied only where a boundary changes them.
-    let mut beyond: Option<Regions> = None;
+    let mut result = Transmittance::CLEAR;
     let mut t_start = 0.0;
     for i in 0..=crossings.len() {
         let t_end = crossings.get(i).map_or(ray.t_max, |c| c.t);
-        let media = beyond.as_ref().unwrap_or(regions).media();
+        let media = regions.media();
         if !media.is_empty() && t_end > t_start {
             let (origin, direction) = (ray.origin, ray.direction);
             let mut tracker = Tracker::new(&world.media, media, origin, direction, [t_start, t_end], stream);
             let steps = &mut scratch.counters.transmittance_steps;
-            if !transmittance.track(&mut tracker, &world.media, origin, direction, stream, steps) {
+            if !result.track(&mut tracker, &world.media, origin, direction, stream, steps) {
                 break;
             }
         }
         if let Some(crossing) = crossings.get(i) {
-            let regions = beyond.get_or_insert_with(|| regions.clone());
-            let fits = world.cross(regions, crossing.shape, crossing.instance, crossing.entering);
+            // Copied only where a boundary changes them.
+            let fits = world.cross(regions.to_mut(), crossing.shape, crossing.instance, crossing.entering);
             scratch.counters.region_overflows += u64::from(!fits);
             t_start = crossing.t;
         }
     }
     scratch.crossings = crossings;
-    Passed { transmittance, beyond, end: within(ray.t_max, [t_start, ray.t_max], ray) }
+    (result, within(ray.t_max, [t_start, ray.t_max], ray))
 }

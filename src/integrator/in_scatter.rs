@@ -15,10 +15,13 @@
 //! **Ours:** the knots carry the transmittance to the camera as well; they lie as close as the cache points do; and they are laid out once for all
 //! samples that a pixel takes in a pass. The samples' rays differ a little, which is why any density that is 0 somewhere is allowed.
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 
 use super::direct::{DirectLight, Vertex};
 use super::flight::{MediumVertex, PathState, PathWeight, pass};
+use super::light_choice::LightChoice;
 use super::path::{PathSettings, Scratch};
 use super::world::World;
 use crate::cache_points::CachePoints;
@@ -30,7 +33,7 @@ use crate::medium::regions::Regions;
 use crate::medium::{MediumId, MediumPoint};
 
 /// Knots along a ray, about, at most and at least.
-const MOST_KNOTS: f32 = 128.0;
+const MOST_KNOTS: f32 = 40.0;
 const FEWEST_KNOTS: f32 = 12.0;
 /// Distance between knots, in radii of the nearest cache point.
 const KNOT_RADII: f32 = 0.5;
@@ -38,8 +41,12 @@ const KNOT_RADII: f32 = 0.5;
 const KNOT_DEPTH: f32 = 0.5;
 /// Beyond this optical depth nothing is drawn.
 const DEEPEST: f32 = 9.0;
+/// Rays share knots up to this angle, in radians: what one pixel spans in an image of some hundred pixels, several in a larger one.
+const SAME_RAY: f32 = 0.003;
 /// How often the knots of a pixel are laid out anew because a ray reaches farther than the ones before.
 const MOST_LAYOUTS: u32 = 3;
+/// Places on a pilot path's camera ray.
+const PLACES: usize = 4;
 /// The first number of the vertices that are drawn: path vertices never come this far.
 const FIRST_INDEX: u32 = 1 << 24;
 
@@ -49,6 +56,9 @@ pub struct InScatter {
     density: PiecewiseLinear,
     /// How far the ray that it was made for went.
     reach: f32,
+    /// And where to.
+    direction: Vec3,
+    /// Layouts made for the current pixel.
     layouts: u32,
     /// Points that each camera path draws: a whole number, or a probability.
     count: f32,
@@ -58,15 +68,21 @@ pub struct InScatter {
     pub drawn: Rgb,
     /// What they took, of all paths so far.
     pub work: u64,
+    /// Places on the camera rays of pilot paths.
+    pub seeds: Vec<Vec3>,
 }
 
 impl InScatter {
-    /// A new pixel begins, each of whose paths draws `count` points: a whole number, or a probability.
-    pub fn begin_pixel(&mut self, count: f32) {
-        self.count = count;
-        self.layouts = 0;
+    /// Forgets the knots: the next ray is another one.
+    pub fn forget(&mut self) {
         self.reach = 0.0;
         self.density.clear();
+    }
+
+    /// A new pixel begins, each of whose paths draws `count` points: a whole number, or a probability. Its rays may share knots with the pixel
+    /// before.
+    pub fn begin_pixel(&mut self, count: f32) {
+        (self.count, self.layouts) = (count, 0);
     }
 
     /// Whether the pixel's paths draw points.
@@ -91,23 +107,47 @@ pub fn gather(
     random: &SamplePoint,
     scratch: &mut Scratch,
 ) -> Rgb {
+    if let LightChoice::Pilot = world.light_choice {
+        seed(world, ray, &path.regions, random, scratch);
+        return Rgb::BLACK;
+    }
     let before = scratch.counters.work();
     let Some(cache) = world.light_choice.cache_points() else { return Rgb::BLACK };
     lay_out(world, cache, ray, &path.regions, scratch);
     let count = scratch.in_scatter.count;
     let [u, u_count, u_medium] = random.draw::<3>(FIRST_INDEX, Dimension::InScatter);
     let draws = if count < 1.0 { u32::from(u_count < count) } else { count as u32 };
+    let mut to_point =
+        PathState { weight: PathWeight::START, regions: Regions::default(), hero: path.hero, links: None };
     let mut gathered = Rgb::BLACK;
     for draw in 0..draws {
         let u = (f64::from(u) + f64::from(draw)) / f64::from(draws);
         let Some((t, pdf)) = scratch.in_scatter.density.sample(u, ray.t_max) else { break };
         let index = FIRST_INDEX + draw;
-        scratch.counters.medium_vertices += 1;
-        if let Some((vertex, path)) = scatter_at(world, ray, [t, pdf], u_medium, path, settings.null_samples_lights, (random, index), scratch) {
-            let (vertex, wo) = (Vertex::Medium(&vertex), -ray.direction);
-            let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path: &path, depth: 1, random, index };
-            gathered += direct.gather::<true>(scratch);
+        let mut stream = random.stream(index, Dimension::Flight);
+        let mut regions = Cow::Borrowed(&path.regions);
+        let (passed, t) = pass(world, &Ray { t_max: t, ..*ray }, &mut regions, &mut stream, scratch);
+        if passed.value.is_black() {
+            continue;
         }
+        let p = ray.origin + ray.direction * t;
+        let Some((medium, share)) = choose_medium(world, regions.media(), p, u_medium) else { continue };
+        let MediumPoint { absorption, scattering, .. } = world.medium(medium).point(p);
+        // All weights are relative to the density of having drawn this point and medium.
+        let inverse = 1.0 / (pdf * share);
+        let unidirectional = passed.pass_probability * (absorption + scattering) * inverse;
+        let null = if settings.null_samples_lights { unidirectional } else { Rgb::BLACK };
+        to_point.weight = PathWeight {
+            throughput: passed.value * scattering * inverse,
+            unidirectional,
+            light: null + Rgb::splat(count),
+        };
+        to_point.regions.copy_from(&regions);
+        scratch.counters.medium_vertices += 1;
+        let (vertex, wo) = (MediumVertex::new(world, p, medium), -ray.direction);
+        let vertex = Vertex::Medium(&vertex);
+        let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path: &to_point, depth: 1, random, index };
+        gathered += direct.gather::<true>(scratch);
     }
     // The path begins without a cache point in use.
     world.light_choice.begin_path(&mut scratch.lights);
@@ -115,40 +155,6 @@ pub fn gather(
     (in_scatter.drawn, in_scatter.without) = (gathered, Rgb::BLACK - gathered);
     in_scatter.work += scratch.counters.work() - before;
     gathered
-}
-
-/// A vertex at the distance `t`, drawn with the density `pdf`; all weights are relative to that of having drawn it and its medium.
-fn scatter_at(
-    world: &World,
-    ray: &Ray,
-    [t, pdf]: [f32; 2],
-    u_medium: f32,
-    camera: &PathState,
-    null_samples_lights: bool,
-    (random, index): (&SamplePoint, u32),
-    scratch: &mut Scratch,
-) -> Option<(MediumVertex, PathState)> {
-    let to_point = Ray { t_max: t, ..*ray };
-    let mut stream = random.stream(index, Dimension::Flight);
-    let passed = pass(world, &to_point, &camera.regions, &mut stream, scratch);
-    if passed.transmittance.value.is_black() {
-        return None;
-    }
-    let regions = passed.beyond.unwrap_or_else(|| camera.regions.clone());
-    let p = ray.origin + ray.direction * passed.end;
-    let (medium, share) = choose_medium(world, regions.media(), p, u_medium)?;
-    let MediumPoint { absorption, scattering, .. } = world.medium(medium).point(p);
-    let inverse = 1.0 / (pdf * share);
-    let unidirectional = passed.transmittance.pass_probability * (absorption + scattering) * inverse;
-    // Lights are sampled here by both techniques.
-    let null = if null_samples_lights { unidirectional } else { Rgb::BLACK };
-    let weight = PathWeight {
-        throughput: passed.transmittance.value * scattering * inverse,
-        unidirectional,
-        light: null + Rgb::splat(scratch.in_scatter.count),
-    };
-    let vertex = MediumVertex::new(world, p, medium);
-    Some((vertex, PathState { weight, regions, hero: camera.hero, links: None }))
 }
 
 /// The medium that scatters at `p`, in proportion to the media's scattering coefficients, and its probability.
@@ -183,39 +189,73 @@ pub(super) fn medium_share(world: &World, media: &[MediumId], medium: MediumId, 
     if total > 0.0 { strength(medium) / total } else { 0.0 }
 }
 
+/// Notes places along the camera ray of a pilot path where media may scatter it.
+fn seed(world: &World, ray: &Ray, regions: &Regions, random: &SamplePoint, scratch: &mut Scratch) {
+    let (low, high) = world.extent;
+    let t_end = ray.t_max.min(leaves(ray, low, high));
+    let mut places = std::mem::take(&mut scratch.in_scatter.seeds);
+    let u = random.draw::<4>(FIRST_INDEX, Dimension::InScatter);
+    // Stratified, each within its share of the way.
+    let mut next = (0..PLACES).map(|k| t_end * (k as f32 + u[k % 4]) / PLACES as f32).peekable();
+    each_stretch(world, &Ray { t_max: t_end, ..*ray }, &mut regions.clone(), scratch, |[_, end], media| {
+        while let Some(t) = next.next_if(|&t| t < end) {
+            if media.iter().any(|&id| world.medium(id).scatters()) {
+                places.push(ray.origin + ray.direction * t);
+            }
+        }
+    });
+    scratch.in_scatter.seeds = places;
+}
+
+/// Visits the stretches between boundaries of a ray that starts in `regions`, with the media there, in order.
+fn each_stretch(
+    world: &World,
+    ray: &Ray,
+    regions: &mut Regions,
+    scratch: &mut Scratch,
+    mut visit: impl FnMut([f32; 2], &[MediumId]),
+) {
+    let mut crossings = std::mem::take(&mut scratch.crossings);
+    world.tracer.boundaries(ray, &mut crossings);
+    scratch.counters.boundary_rays += 1;
+    let mut t_start = 0.0;
+    for i in 0..=crossings.len() {
+        let end = crossings.get(i).map_or(ray.t_max, |c| c.t);
+        if end > t_start {
+            visit([t_start, end], regions.media());
+        }
+        if let Some(crossing) = crossings.get(i) {
+            // What does not fit is counted by whoever follows the ray.
+            let _ = world.cross(regions, crossing.shape, crossing.instance, crossing.entering);
+            t_start = crossing.t;
+        }
+    }
+    scratch.crossings = crossings;
+}
+
 /// Makes sure that the knots reach as far as `ray` does.
 fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &Regions, scratch: &mut Scratch) {
-    let InScatter { reach, layouts, .. } = &scratch.in_scatter;
-    if *layouts > 0 && (ray.t_max <= 1.02 * reach || *layouts >= MOST_LAYOUTS) {
+    let InScatter { reach, direction, layouts, .. } = scratch.in_scatter;
+    // The samples of a pixel always share theirs: it may be large.
+    let is_same = layouts > 0 || direction.distance_squared(ray.direction) < SAME_RAY * SAME_RAY;
+    if layouts >= MOST_LAYOUTS || is_same && ray.t_max <= 1.02 * reach {
         return;
     }
     let mut density = std::mem::take(&mut scratch.in_scatter.density);
     density.clear();
     let (low, high) = world.extent;
     let t_end = ray.t_max.min(leaves(ray, low, high));
-    let mut crossings = std::mem::take(&mut scratch.crossings);
-    world.tracer.boundaries(&Ray { t_max: t_end, ..*ray }, &mut crossings);
-    scratch.counters.boundary_rays += 1;
-    let mut regions = regions.clone();
     let mut layout = Layout { world, cache, ray, density: &mut density, depth: Rgb::BLACK, lookups: 0 };
-    let mut t_start = 0.0;
-    for i in 0..=crossings.len() {
-        let end = crossings.get(i).map_or(t_end, |c| c.t);
-        if !regions.media().is_empty() && end > t_start {
-            layout.add([t_start, end], t_end, regions.media());
+    each_stretch(world, &Ray { t_max: t_end, ..*ray }, &mut regions.clone(), scratch, |stretch, media| {
+        if !media.is_empty() {
+            layout.add(stretch, t_end, media);
         }
-        if let Some(crossing) = crossings.get(i) {
-            // Counted by whoever walks the ray.
-            let _ = world.cross(&mut regions, crossing.shape, crossing.instance, crossing.entering);
-            t_start = crossing.t;
-        }
-    }
+    });
     // A knot is a look-up and a step.
     scratch.counters.cache_lookups += layout.lookups;
     scratch.counters.flight_steps += layout.lookups;
-    scratch.crossings = crossings;
     let in_scatter = &mut scratch.in_scatter;
-    (in_scatter.density, in_scatter.reach) = (density, ray.t_max);
+    (in_scatter.density, in_scatter.reach, in_scatter.direction) = (density, ray.t_max, ray.direction);
     in_scatter.layouts += 1;
 }
 
@@ -249,7 +289,7 @@ struct Place {
 impl Layout<'_> {
     /// Knots for a stretch through `media` of a ray that is looked at up to `t_end`.
     fn add(&mut self, [t_start, t_stop]: [f32; 2], t_end: f32, media: &[MediumId]) {
-        let (least, most) = (t_end / MOST_KNOTS, t_end / FEWEST_KNOTS);
+        let (least, most) = (t_end / mk, t_end / FEWEST_KNOTS);
         let mut t = t_start;
         let mut last: Option<(f32, Rgb)> = None;
         self.density.push(t_start, 0.0);

@@ -53,6 +53,14 @@ impl Regions {
         regions
     }
 
+    /// Becomes equal to `other`, moving no more than there is.
+    #[inline]
+    pub fn copy_from(&mut self, other: &Self) {
+        self.ambient = other.ambient;
+        self.regions.clone_from(&other.regions);
+        self.media.clone_from(&other.media);
+    }
+
     /// The media here, each once, in rising order.
     #[inline]
     pub fn media(&self) -> &[MediumId] {

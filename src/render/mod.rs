@@ -299,6 +299,8 @@ impl Pass<'_> {
                 }
                 (scratch.counters, scratch.in_scatter.work) = Default::default();
                 let bounds = tile.bounds();
+                // What rays share never leaves the tile.
+                scratch.in_scatter.forget();
                 for pixel in bounds.pixels() {
                     let samples = if media {
                         self.pixel::<true>(pixel, mix, scratch)

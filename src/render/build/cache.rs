@@ -90,8 +90,11 @@ impl CacheBuilder<'_> {
             .map_init(Scratch::default, |scratch, k| {
                 let pixel = pixels[(k as u64 * pixels.len() as u64 / paths as u64) as usize];
                 scratch.lights.pilots.clear();
+                scratch.in_scatter.seeds.clear();
+                scratch.in_scatter.begin_pixel(if self.phases.is_empty() { 0.0 } else { 1.0 });
                 self.pilot(world, pixel, k as u32, scratch);
-                scratch.lights.pilots.iter().map(Candidate::at).collect()
+                let on_camera_ray = scratch.in_scatter.seeds.iter().copied().map(Candidate::in_space);
+                scratch.lights.pilots.iter().map(Candidate::at).chain(on_camera_ray).collect()
             })
             .collect();
         let most = self.settings.candidates.map_or(MOST_PILOTS, |n| (n as usize).min(MOST_PILOTS));
