@@ -5,15 +5,20 @@
 //! small and quick to render, with many it shows what a production scene does to light selection.
 
 mod beams;
+mod flames;
 mod foliage;
 mod furniture;
 mod glow;
+mod godrays;
 mod house;
 mod lamp;
+mod masonry;
 mod mesh;
 mod pier;
 mod rooms;
 mod text;
+mod torch;
+mod volume;
 mod wood;
 
 use std::ops::RangeInclusive;
@@ -78,6 +83,20 @@ pub const SCENES: &[GalleryScene] = &[
         default_lights: 1,
         lights: 1..=1,
         write: |folder, _| lamp::write(folder),
+    },
+    GalleryScene {
+        name: "torch",
+        description: "a fire in a brazier in a crypt: the glow of thin mist that scatters forwards",
+        default_lights: 0,
+        lights: 0..=0,
+        write: |folder, _| torch::write(folder),
+    },
+    GalleryScene {
+        name: "godrays",
+        description: "the sun through the windows of a church: shafts of light in thin haze",
+        default_lights: 2,
+        lights: 2..=2,
+        write: |folder, _| godrays::write(folder),
     },
 ];
 
