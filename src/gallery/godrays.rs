@@ -25,7 +25,7 @@ const END: f32 = BAY * BAYS as f32;
 /// Walls.
 const THICK: f32 = 0.8;
 /// From the world towards the sun.
-const SUN: Vec3 = Vec3::new(0.66, 0.62, 0.42);
+const SUN: Vec3 = Vec3::new(0.6, 0.6, 0.53);
 /// The windows along the nave.
 const WINDOW: Opening = Opening { half: 0.95, sill: 2.3, spring: 5.6 };
 
@@ -37,16 +37,16 @@ pub fn write(folder: &Path) -> Result<(), GalleryError> {
 
 fn text() -> SceneText {
     let mut t = SceneText::default();
-    let (eye, target) = (Vec3::new(-1.7, 1.75, 1.2), Vec3::new(0.5, 4.3, 19.0));
-    let view = View { eye, target, fov: 47.0, iso: 100.0, samples: 128, bounces: 5 };
+    let (eye, target) = (Vec3::new(-0.7, 1.9, 0.8), Vec3::new(1.6, 3.9, 14.0));
+    let view = View { eye, target, fov: 47.0, iso: 320.0, samples: 128, bounces: 5 };
     t.begin("godrays", "The nave of a church; units are metres", &view);
-    t.haze([Vec3::new(-HALF - 0.4, -0.1, -0.4), Vec3::new(HALF + 0.4, 14.0, END + 0.4)], 0.009, 0.0005, 0.6, [0.0; 3]);
+    t.haze([Vec3::new(-HALF - 0.4, -0.1, -0.4), Vec3::new(HALF + 0.4, 14.0, END + 0.4)], 0.011, 0.0005, 0.6, [0.0; 3]);
     t.add(format_args!("\n# The sun and a dim sky"));
     t.add(format_args!(
         "LightSource \"distant\" \"point3 from\" [{}] \"point3 to\" [0 0 0] \"rgb L\" [34 29 22]",
         Point(SUN)
     ));
-    t.add(format_args!("LightSource \"infinite\" \"rgb L\" [0.5 0.7 1]"));
+    t.add(format_args!("LightSource \"infinite\" \"rgb L\" [0.16 0.22 0.3]"));
     t.add(format_args!("\n# Materials"));
     masonry::material(&mut t, 0.8);
     t.diffuse(&[

@@ -21,7 +21,7 @@ const NEAR: f32 = -4.0;
 /// Where the vaults begin.
 const SPRING: f32 = 1.75;
 /// The middle of the brazier's rim.
-const FIRE: Vec3 = Vec3::new(1.0, 1.25, 6.0);
+const FIRE: Vec3 = Vec3::new(0.25, 1.2, 6.2);
 /// How large the fire is, to that of [`Fire`].
 const SIZE: f32 = 0.3;
 /// The region of the fire and its smoke, from the brazier's rim.
@@ -40,8 +40,8 @@ pub fn write(folder: &Path) -> Result<(), GalleryError> {
 
 fn text() -> SceneText {
     let mut t = SceneText::default();
-    let (eye, target) = (Vec3::new(-1.3, 1.45, -1.6), Vec3::new(0.1, 1.5, 6.0));
-    let view = View { eye, target, fov: 42.0, iso: 200.0, samples: 128, bounces: 4 };
+    let (eye, target) = (Vec3::new(-1.9, 1.5, 0.3), Vec3::new(-0.55, 1.5, 6.5));
+    let view = View { eye, target, fov: 39.0, iso: 200.0, samples: 128, bounces: 4 };
     t.begin("torch", "A fire in a crypt; units are metres", &view);
     let (x, far) = (BAY * BAYS[0] as f32, NEAR + BAY * BAYS[1] as f32);
     t.haze([Vec3::new(-x - 0.2, -0.1, NEAR - 0.2), Vec3::new(x + 0.2, 4.2, far + 0.2)], 0.03, 0.001, 0.8, [0.0; 3]);
@@ -61,8 +61,8 @@ fn text() -> SceneText {
 fn fire(t: &mut SceneText) {
     t.add(format_args!("\n# The fire, in its file's place"));
     t.add(format_args!("MakeNamedMedium \"fire\" \"string type\" \"openvdb\" \"string filename\" \"torch.vdb\""));
-    t.add(format_args!("  \"string temperature\" \"temperature\" \"float temperaturereference\" 1800"));
-    t.add(format_args!("  \"float Le\" 110 \"float sigma_a\" 4 \"float sigma_s\" 0.3"));
+    t.add(format_args!("  \"string temperature\" \"temperature\" \"float temperaturescale\" 1.2 \"float temperaturereference\" 2100"));
+    t.add(format_args!("  \"float Le\" 700 \"float sigma_a\" 4 \"float sigma_s\" 0.3"));
     t.block(|t| {
         t.add(format_args!("Material \"interface\" MediumInterface \"fire\" \"haze\""));
         let [low, high] = FIRE_BOX.map(|p| p + FIRE);
