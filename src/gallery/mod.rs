@@ -5,6 +5,10 @@
 //! small and quick to render, with many it shows what a production scene does to light selection.
 
 mod beams;
+mod billows;
+mod cloud;
+mod explosion;
+mod fire;
 mod flames;
 mod foliage;
 mod furniture;
@@ -97,6 +101,27 @@ pub const SCENES: &[GalleryScene] = &[
         default_lights: 2,
         lights: 2..=2,
         write: |folder, _| godrays::write(folder),
+    },
+    GalleryScene {
+        name: "fire",
+        description: "a tall fire of thin gas over the polished floor of a hall",
+        default_lights: 0,
+        lights: 0..=0,
+        write: |folder, _| fire::write(folder),
+    },
+    GalleryScene {
+        name: "cloud",
+        description: "a cumulus over the sea: light that is scattered many times",
+        default_lights: 2,
+        lights: 2..=2,
+        write: |folder, _| cloud::write(folder),
+    },
+    GalleryScene {
+        name: "explosion",
+        description: "fire inside thick smoke, in a yard at night",
+        default_lights: 2,
+        lights: 2..=2,
+        write: |folder, _| explosion::write(folder),
     },
 ];
 

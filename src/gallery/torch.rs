@@ -61,7 +61,9 @@ fn text() -> SceneText {
 fn fire(t: &mut SceneText) {
     t.add(format_args!("\n# The fire, in its file's place"));
     t.add(format_args!("MakeNamedMedium \"fire\" \"string type\" \"openvdb\" \"string filename\" \"torch.vdb\""));
-    t.add(format_args!("  \"string temperature\" \"temperature\" \"float temperaturescale\" 1.2 \"float temperaturereference\" 2100"));
+    t.add(format_args!(
+        "  \"string temperature\" \"temperature\" \"float temperaturescale\" 1.2 \"float temperaturereference\" 2100"
+    ));
     t.add(format_args!("  \"float Le\" 700 \"float sigma_a\" 4 \"float sigma_s\" 0.3"));
     t.block(|t| {
         t.add(format_args!("Material \"interface\" MediumInterface \"fire\" \"haze\""));

@@ -1,0 +1,53 @@
+//! The scene `cloud`: a cumulus over the sea, seen from a headland, in the sun of an afternoon. Light is scattered in it many times, so paths are
+//! long. Metres; y is up.
+
+mod coast;
+mod cumulus;
+mod sky;
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::GalleryError;
+use super::text::{Point, SceneText, View};
+
+/// From the world towards the sun.
+const SUN: Vec3 = Vec3::new(-0.75, 0.62, -0.3);
+/// The region of the cloud.
+const CLOUD_BOX: [Vec3; 2] = [Vec3::new(-900.0, 640.0, 2300.0), Vec3::new(1150.0, 1840.0, 3500.0)];
+/// Extinction where the cloud is densest, a metre.
+const EXTINCTION: f32 = 0.06;
+
+/// Writes every file of the scene.
+pub fn write(folder: &Path) -> Result<(), GalleryError> {
+    cumulus::write(&folder.join("cloud.vdb"))?;
+    sky::write(&folder.join("sky.png"))?;
+    text().write(&folder.join("cloud.pbrt"))
+}
+
+fn text() -> SceneText {
+    let mut t = SceneText::default();
+    let (eye, target) = (Vec3::new(0.0, 62.0, 0.0), Vec3::new(60.0, 760.0, 2900.0));
+    let view = View { eye, target, fov: 36.0, iso: 100.0, samples: 32, bounces: 96 };
+    t.begin("cloud", "A cumulus over the sea; units are metres", &view);
+    t.add(format_args!("\n# The sun and the sky"));
+    t.add(format_args!(
+        "LightSource \"distant\" \"point3 from\" [{}] \"point3 to\" [0 0 0] \"rgb L\" [3.1 2.75 2.3]",
+        Point(SUN)
+    ));
+    t.block(|t| {
+        // The image's pole is z.
+        t.add(format_args!("Rotate -90 1 0 0 LightSource \"infinite\" \"string filename\" \"sky.png\""));
+    });
+    t.add(format_args!("\n# The cloud"));
+    t.add(format_args!("MakeNamedMedium \"cloud\" \"string type\" \"openvdb\" \"string filename\" \"cloud.vdb\""));
+    t.add(format_args!("  \"float sigma_s\" {EXTINCTION} \"float sigma_a\" 0.00001 \"float g\" 0.7"));
+    t.block(|t| {
+        t.add(format_args!("Material \"interface\" MediumInterface \"cloud\" \"\""));
+        let [low, high] = CLOUD_BOX;
+        t.cuboid(low, high);
+    });
+    coast::add(&mut t);
+    t
+}
