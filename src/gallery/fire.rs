@@ -24,9 +24,8 @@ const TILE: f32 = 1.0;
 /// Writes every file of the scene.
 pub fn write(folder: &Path) -> Result<(), GalleryError> {
     let fire = Fire::new(41);
-    let (density, temperature) = (|p| fire.density(p - FIRE), |p| fire.temperature(p - FIRE));
-    let grids: [volume::Grid; 2] = [("density", &density), ("temperature", &temperature)];
-    volume::write(&folder.join("fire.vdb"), FIRE_BOX.map(|p| p + FIRE), 0.025, &grids)?;
+    let place = FIRE_BOX.map(|p| p + FIRE);
+    volume::write(&folder.join("fire.vdb"), place, 0.025, Fire::GRIDS, |p| fire.at(p - FIRE))?;
     masonry::write_texture(&folder.join("stone.png"))?;
     text().write(&folder.join("fire.pbrt"))
 }
@@ -41,7 +40,7 @@ fn text() -> SceneText {
     t.add(format_args!(
         "  \"string temperature\" \"temperature\" \"float temperaturescale\" 1.2 \"float temperaturereference\" 2100"
     ));
-    t.add(format_args!("  \"float Le\" 1200 \"float sigma_a\" 0.02 \"float sigma_s\" 0.002"));
+    t.add(format_args!("  \"float Le\" 3000 \"float sigma_a\" 0.02 \"float sigma_s\" 0.002"));
     t.block(|t| {
         t.add(format_args!("Material \"interface\" MediumInterface \"fire\" \"\""));
         let [low, high] = FIRE_BOX.map(|p| p + FIRE);

@@ -13,12 +13,19 @@ pub struct Fire {
 }
 
 impl Fire {
+    /// The names of its grids, in the order of [`Fire::at`].
+    pub const GRIDS: [&str; 2] = ["density", "temperature"];
     /// How high the flames are above their foot, which is 0.3 below the rim.
     const HEIGHT: f32 = 2.5;
 
     /// Another seed, another shape.
     pub fn new(seed: i32) -> Self {
         Self { sway: noise(seed, 0.9, 2), tongues: noise(seed + 1, 1.9, 4), smoke: noise(seed + 2, 0.9, 4) }
+    }
+
+    /// Density and temperature.
+    pub fn at(&self, p: Vec3) -> [f32; 2] {
+        [self.density(p), self.temperature(p)]
     }
 
     /// How deep inside the flames: above 0 within.
@@ -38,7 +45,7 @@ impl Fire {
     }
 
     /// Kelvin; 0 where nothing glows.
-    pub fn temperature(&self, p: Vec3) -> f32 {
+    fn temperature(&self, p: Vec3) -> f32 {
         let depth = self.depth(p);
         if depth <= 0.0 {
             return 0.0;
@@ -49,7 +56,7 @@ impl Fire {
     }
 
     /// Soot in the flames, smoke above them.
-    pub fn density(&self, p: Vec3) -> f32 {
+    fn density(&self, p: Vec3) -> f32 {
         let depth = self.depth(p);
         let soot =
             if depth > 0.0 { smoothstep(0.0, 0.35, depth) * (0.75 + 0.5 * at(&self.tongues, 1.7 * p)) } else { 0.0 };

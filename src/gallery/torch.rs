@@ -30,10 +30,8 @@ const FIRE_BOX: [Vec3; 2] = [Vec3::new(-0.4, -0.1, -0.4), Vec3::new(0.6, 1.6, 0.
 /// Writes every file of the scene.
 pub fn write(folder: &Path) -> Result<(), GalleryError> {
     let fire = Fire::new(71);
-    let at = |p: Vec3| (p - FIRE) / SIZE;
-    let (density, temperature) = (|p| fire.density(at(p)), |p| fire.temperature(at(p)));
-    let grids: [volume::Grid; 2] = [("density", &density), ("temperature", &temperature)];
-    volume::write(&folder.join("torch.vdb"), FIRE_BOX.map(|p| p + FIRE), 0.0125, &grids)?;
+    let place = FIRE_BOX.map(|p| p + FIRE);
+    volume::write(&folder.join("torch.vdb"), place, 0.0125, Fire::GRIDS, |p| fire.at((p - FIRE) / SIZE))?;
     masonry::write_texture(&folder.join("stone.png"))?;
     text().write(&folder.join("torch.pbrt"))
 }

@@ -7,9 +7,6 @@ use glam::Vec3;
 
 use super::GalleryError;
 
-/// A grid's name, and its value at a point.
-pub type Grid<'a> = (&'a str, &'a (dyn Fn(Vec3) -> f32 + Sync));
-
 /// Fractal noise in about −1..1 with `frequency` features a unit length.
 pub fn noise(seed: i32, frequency: f32, octaves: i32) -> FastNoiseLite {
     let mut noise = FastNoiseLite::with_seed(seed);
@@ -31,15 +28,36 @@ pub fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Writes a file of grids with voxels of edge `voxel` all over `region`.
+/// Writes a file of grids, named `names`, with voxels of edge `voxel` all over `region`: `values` at their middles.
 #[cfg(feature = "openvdb")]
-pub fn write(path: &Path, region: [Vec3; 2], voxel: f32, grids: &[Grid]) -> Result<(), GalleryError> {
-    use openvdb::{Compression, VdbWriter};
+pub fn write<const N: usize>(
+    path: &Path,
+    region: [Vec3; 2],
+    voxel: f32,
+    names: [&str; N],
+    values: impl Fn(Vec3) -> [f32; N] + Sync,
+) -> Result<(), GalleryError> {
+    use openvdb::{Compression, Precision, VdbWriter};
+    use rayon::prelude::*;
 
+    let [low, high] = region;
+    let size = ((high - low) / voxel).ceil().as_uvec3();
+    let (row, layer) = (size.x as usize, (size.x * size.y) as usize);
+    let mut voxels = vec![[0.0; N]; layer * size.z as usize];
+    voxels.par_chunks_mut(row).enumerate().for_each(|(i, voxels)| {
+        let (y, z) = (i as u32 % size.y, i as u32 / size.y);
+        for (x, v) in voxels.iter_mut().enumerate() {
+            *v = values(low + (Vec3::new(x as f32, y as f32, z as f32) + 0.5) * voxel);
+        }
+    });
     let write = |file: &Path| {
         let mut writer = VdbWriter::new()?;
-        for grid in grids {
-            add(&mut writer, region, voxel, grid)?;
+        let origin = (low + 0.5 * voxel).as_dvec3().to_array();
+        for (grid, name) in names.into_iter().enumerate() {
+            writer.fog_grid(name, Precision::Half, 0.0, f64::from(voxel), origin)?;
+            writer.dense([0; 3], size.to_array(), 0.0, |x, y, z| {
+                voxels[x as usize + y as usize * row + z as usize * layer][grid]
+            })?;
         }
         writer.write(file, Compression::Zip)
     };
@@ -47,31 +65,14 @@ pub fn write(path: &Path, region: [Vec3; 2], voxel: f32, grids: &[Grid]) -> Resu
     Ok(crate::system::output::write_atomically(path, |file| write(file.path()))?)
 }
 
-#[cfg(feature = "openvdb")]
-fn add(
-    writer: &mut openvdb::VdbWriter,
-    [low, high]: [Vec3; 2],
-    voxel: f32,
-    (name, value): &Grid,
-) -> Result<(), openvdb::VdbError> {
-    use rayon::prelude::*;
-
-    let size = ((high - low) / voxel).ceil().as_uvec3();
-    let (row, layer) = (size.x as usize, (size.x * size.y) as usize);
-    let mut values = vec![0.0; layer * size.z as usize];
-    values.par_chunks_mut(row).enumerate().for_each(|(i, values)| {
-        let (y, z) = (i as u32 % size.y, i as u32 / size.y);
-        for (x, v) in values.iter_mut().enumerate() {
-            *v = value(low + (Vec3::new(x as f32, y as f32, z as f32) + 0.5) * voxel);
-        }
-    });
-    let origin = (low + 0.5 * voxel).as_dvec3().to_array();
-    writer.fog_grid(name, openvdb::Precision::Half, 0.0, f64::from(voxel), origin)?;
-    writer.dense([0; 3], size.to_array(), 0.0, |x, y, z| values[x as usize + y as usize * row + z as usize * layer])
-}
-
 /// Refuses: this build cannot write .vdb files.
 #[cfg(not(feature = "openvdb"))]
-pub fn write(_: &Path, _: [Vec3; 2], _: f32, _: &[Grid]) -> Result<(), GalleryError> {
+pub fn write<const N: usize>(
+    _: &Path,
+    _: [Vec3; 2],
+    _: f32,
+    _: [&str; N],
+    _: impl Fn(Vec3) -> [f32; N] + Sync,
+) -> Result<(), GalleryError> {
     Err(GalleryError::NoVolumes)
 }

@@ -15,7 +15,7 @@ use super::text::{Point, SceneText, View};
 /// From the world towards the sun.
 const SUN: Vec3 = Vec3::new(-0.75, 0.62, -0.3);
 /// The region of the cloud.
-const CLOUD_BOX: [Vec3; 2] = [Vec3::new(-900.0, 640.0, 2300.0), Vec3::new(1150.0, 1840.0, 3500.0)];
+const CLOUD_BOX: [Vec3; 2] = [Vec3::new(-900.0, 640.0, 2300.0), Vec3::new(1150.0, 1920.0, 3500.0)];
 /// Extinction where the cloud is densest, a metre.
 const EXTINCTION: f32 = 0.06;
 
@@ -28,8 +28,8 @@ pub fn write(folder: &Path) -> Result<(), GalleryError> {
 
 fn text() -> SceneText {
     let mut t = SceneText::default();
-    let (eye, target) = (Vec3::new(0.0, 62.0, 0.0), Vec3::new(60.0, 760.0, 2900.0));
-    let view = View { eye, target, fov: 36.0, iso: 100.0, samples: 32, bounces: 96 };
+    let (eye, target) = (Vec3::new(0.0, 62.0, 0.0), Vec3::new(60.0, 800.0, 2900.0));
+    let view = View { eye, target, fov: 39.0, iso: 100.0, samples: 32, bounces: 96 };
     t.begin("cloud", "A cumulus over the sea; units are metres", &view);
     t.add(format_args!("\n# The sun and the sky"));
     t.add(format_args!(

@@ -43,20 +43,17 @@ pub fn write(path: &Path) -> Result<(), GalleryError> {
         let bumped = inside - 0.75 + 1.25 * bumps.at(q) + 0.3 * small.at(q) + 0.12 * frayed;
         Some((bumped, inside, frayed))
     };
-    let density = |p: Vec3| {
-        let Some((bumped, inside, frayed)) = depths(p) else { return 0.0 };
+    let values = |p: Vec3| {
+        let Some((bumped, inside, frayed)) = depths(p) else { return [0.0; 2] };
         let thick = smoothstep(0.0, 0.3, bumped) * (0.85 + 0.4 * frayed).clamp(0.4, 1.2);
         // Gas too hot for smoke fills what the billows leave.
-        thick.max(0.12 * smoothstep(0.5, 0.9, inside))
+        let density = thick.max(0.1 * smoothstep(0.3, 0.8, inside));
+        // Hot in the creases and deep inside; the billows' skins have cooled, and more so high up.
+        let crease = smoothstep(0.05, 0.85, inside + 0.3 * frayed) * smoothstep(1.2, 0.2, bumped);
+        let core = 0.9 * smoothstep(0.9, 2.0, inside);
+        let risen = smoothstep(PLACE.y + 3.0, PLACE.y + 9.5, p.y);
+        let kelvin = 2300.0 * crease.max(core) * (1.0 - 0.4 * risen);
+        [density, if kelvin < 700.0 { 0.0 } else { kelvin }]
     };
-    let temperature = |p: Vec3| {
-        let Some((bumped, inside, frayed)) = depths(p) else { return 0.0 };
-        // Hot in the creases and deep inside; the billows' skins have cooled.
-        let hot = smoothstep(0.25, 1.3, inside + 0.3 * frayed) * smoothstep(1.05, 0.15, bumped);
-        let core = smoothstep(0.9, 2.0, inside);
-        let kelvin = 2250.0 * hot.max(0.9 * core) * smoothstep(PLACE.y + 9.5, PLACE.y + 4.0, p.y).max(0.55);
-        if kelvin < 700.0 { 0.0 } else { kelvin }
-    };
-    let grids: [volume::Grid; 2] = [("density", &density), ("temperature", &temperature)];
-    volume::write(path, SMOKE_BOX.map(|p| p + PLACE), VOXEL, &grids)
+    volume::write(path, SMOKE_BOX.map(|p| p + PLACE), VOXEL, ["density", "temperature"], values)
 }

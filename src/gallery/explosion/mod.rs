@@ -36,7 +36,7 @@ fn text() -> SceneText {
     t.add(format_args!("\n# Fire and smoke"));
     t.add(format_args!("MakeNamedMedium \"smoke\" \"string type\" \"openvdb\" \"string filename\" \"explosion.vdb\""));
     t.add(format_args!("  \"string temperature\" \"temperature\" \"float temperaturereference\" 2000"));
-    t.add(format_args!("  \"float Le\" 14 \"float sigma_s\" 3.5 \"float sigma_a\" 1.5 \"float g\" 0.3"));
+    t.add(format_args!("  \"float Le\" 60 \"float sigma_s\" 3.5 \"float sigma_a\" 1.5 \"float g\" 0.3"));
     t.block(|t| {
         t.add(format_args!("Material \"interface\" MediumInterface \"smoke\" \"\""));
         let [low, high] = SMOKE_BOX.map(|p| p + PLACE);

@@ -19,13 +19,11 @@ pub fn write_fog(path: &Path) -> Result<(), GalleryError> {
         let edge = smoothstep(0.0, 6.0, (FOG_BOX[1].x - p.x.abs()).min(FOG_BOX[1].z - p.z).min(p.z - FOG_BOX[0].z));
         1.6 * smoothstep(0.1, 1.0, bank) * (-p.y / 1.1).exp() * smoothstep(top, 0.5 * top, p.y) * edge
     };
-    volume::write(path, FOG_BOX, 0.4, &[("density", &density)])
+    volume::write(path, FOG_BOX, 0.4, ["density"], |p| [density(p)])
 }
 
 /// The fire and its smoke.
 pub fn write_fire(path: &Path) -> Result<(), GalleryError> {
     let fire = Fire::new(31);
-    let (density, temperature) = (|p| fire.density(p - FIRE), |p| fire.temperature(p - FIRE));
-    let grids: [volume::Grid; 2] = [("density", &density), ("temperature", &temperature)];
-    volume::write(path, FIRE_BOX.map(|p| p + FIRE), 0.04, &grids)
+    volume::write(path, FIRE_BOX.map(|p| p + FIRE), 0.04, Fire::GRIDS, |p| fire.at(p - FIRE))
 }
