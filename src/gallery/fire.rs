@@ -9,6 +9,7 @@ use super::GalleryError;
 use super::flames::Fire;
 use super::masonry::{self, laid, pillar};
 use super::mesh::Mesh;
+use super::own_volume::{GridMedium, OwnVolume};
 use super::text::{Dice, Point, SceneText, View};
 use super::volume;
 
@@ -21,31 +22,32 @@ const HALL: [Vec3; 2] = [Vec3::new(-7.0, 0.0, -4.0), Vec3::new(7.0, 6.0, 12.0)];
 /// A tile's edge.
 const TILE: f32 = 1.0;
 
-/// Writes every file of the scene.
-pub fn write(folder: &Path) -> Result<(), GalleryError> {
-    let fire = Fire::new(41);
-    let place = FIRE_BOX.map(|p| p + FIRE);
-    volume::write(&folder.join("fire.vdb"), place, 0.025, Fire::GRIDS, |p| fire.at(p - FIRE))?;
+/// Writes every file of the scene, with the volume `own` in place of the one written here.
+pub fn write(folder: &Path, own: Option<&OwnVolume>) -> Result<(), GalleryError> {
+    if own.is_none() {
+        let fire = Fire::new(41);
+        let place = FIRE_BOX.map(|p| p + FIRE);
+        volume::write(&folder.join("fire.vdb"), place, 0.025, Fire::GRIDS, |p| fire.fanned(p - FIRE))?;
+    }
     masonry::write_texture(&folder.join("stone.png"))?;
-    text().write(&folder.join("fire.pbrt"))
+    text(own).write(&folder.join("fire.pbrt"))
 }
 
-fn text() -> SceneText {
+fn text(own: Option<&OwnVolume>) -> SceneText {
     let mut t = SceneText::default();
     let (eye, target) = (Vec3::new(-1.4, 1.35, -1.2), Vec3::new(0.1, 1.25, 6.0));
     let view = View { eye, target, fov: 39.0, iso: 100.0, samples: 128, bounces: 5 };
     t.begin("fire", "A fire in a hall with a polished floor; units are metres", &view);
     t.add(format_args!("\n# The fire: little extinction, much glow"));
-    t.add(format_args!("MakeNamedMedium \"fire\" \"string type\" \"openvdb\" \"string filename\" \"fire.vdb\""));
-    t.add(format_args!(
-        "  \"string temperature\" \"temperature\" \"float temperaturescale\" 1.2 \"float temperaturereference\" 2100"
-    ));
-    t.add(format_args!("  \"float Le\" 3000 \"float sigma_a\" 0.02 \"float sigma_s\" 0.002"));
-    t.block(|t| {
-        t.add(format_args!("Material \"interface\" MediumInterface \"fire\" \"\""));
-        let [low, high] = FIRE_BOX.map(|p| p + FIRE);
-        t.cuboid(low, high);
-    });
+    let medium = GridMedium {
+        name: "fire",
+        file: "fire.vdb",
+        region: FIRE_BOX.map(|p| p + FIRE),
+        hottest: Some(Fire::HOTTEST),
+        parameters: "\"float temperaturereference\" 2100 \"float Le\" 3000 \"float sigma_a\" 0.02 \"float sigma_s\" 0.002",
+        outside: "",
+    };
+    medium.add(&mut t, own);
     t.add(format_args!("\n# Materials"));
     masonry::material(&mut t, 0.8);
     for (name, reflectance, roughness) in

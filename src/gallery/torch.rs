@@ -9,6 +9,7 @@ use super::GalleryError;
 use super::flames::Fire;
 use super::masonry::{self, arch, band, laid, pillar};
 use super::mesh::Mesh;
+use super::own_volume::{GridMedium, OwnVolume};
 use super::text::{Dice, Number, Point, SceneText, View};
 use super::volume;
 
@@ -27,23 +28,25 @@ const SIZE: f32 = 0.3;
 /// The region of the fire and its smoke, from the brazier's rim.
 const FIRE_BOX: [Vec3; 2] = [Vec3::new(-0.4, -0.1, -0.4), Vec3::new(0.6, 1.6, 0.4)];
 
-/// Writes every file of the scene.
-pub fn write(folder: &Path) -> Result<(), GalleryError> {
-    let fire = Fire::new(71);
-    let place = FIRE_BOX.map(|p| p + FIRE);
-    volume::write(&folder.join("torch.vdb"), place, 0.0125, Fire::GRIDS, |p| fire.at((p - FIRE) / SIZE))?;
+/// Writes every file of the scene, with the volume `own` in place of the one written here.
+pub fn write(folder: &Path, own: Option<&OwnVolume>) -> Result<(), GalleryError> {
+    if own.is_none() {
+        let fire = Fire::new(71);
+        let place = FIRE_BOX.map(|p| p + FIRE);
+        volume::write(&folder.join("torch.vdb"), place, 0.0125, Fire::GRIDS, |p| fire.fanned((p - FIRE) / SIZE))?;
+    }
     masonry::write_texture(&folder.join("stone.png"))?;
-    text().write(&folder.join("torch.pbrt"))
+    text(own).write(&folder.join("torch.pbrt"))
 }
 
-fn text() -> SceneText {
+fn text(own: Option<&OwnVolume>) -> SceneText {
     let mut t = SceneText::default();
     let (eye, target) = (Vec3::new(-1.9, 1.5, 0.3), Vec3::new(-0.55, 1.5, 6.5));
     let view = View { eye, target, fov: 39.0, iso: 200.0, samples: 128, bounces: 4 };
     t.begin("torch", "A fire in a crypt; units are metres", &view);
     let (x, far) = (BAY * BAYS[0] as f32, NEAR + BAY * BAYS[1] as f32);
     t.haze([Vec3::new(-x - 0.2, -0.1, NEAR - 0.2), Vec3::new(x + 0.2, 4.2, far + 0.2)], 0.03, 0.001, 0.8, [0.0; 3]);
-    fire(&mut t);
+    fire(&mut t, own);
     t.add(format_args!("\n# Materials"));
     masonry::material(&mut t, 0.85);
     t.diffuse(&[("bone", [0.55, 0.5, 0.4]), ("wood", [0.12, 0.07, 0.04]), ("earth", [0.11, 0.09, 0.07])]);
@@ -56,18 +59,17 @@ fn text() -> SceneText {
     t
 }
 
-fn fire(t: &mut SceneText) {
-    t.add(format_args!("\n# The fire, in its file's place"));
-    t.add(format_args!("MakeNamedMedium \"fire\" \"string type\" \"openvdb\" \"string filename\" \"torch.vdb\""));
-    t.add(format_args!(
-        "  \"string temperature\" \"temperature\" \"float temperaturescale\" 1.2 \"float temperaturereference\" 2100"
-    ));
-    t.add(format_args!("  \"float Le\" 700 \"float sigma_a\" 4 \"float sigma_s\" 0.3"));
-    t.block(|t| {
-        t.add(format_args!("Material \"interface\" MediumInterface \"fire\" \"haze\""));
-        let [low, high] = FIRE_BOX.map(|p| p + FIRE);
-        t.cuboid(low, high);
-    });
+fn fire(t: &mut SceneText, own: Option<&OwnVolume>) {
+    t.add(format_args!("\n# The fire"));
+    let medium = GridMedium {
+        name: "fire",
+        file: "torch.vdb",
+        region: FIRE_BOX.map(|p| p + FIRE),
+        hottest: Some(Fire::HOTTEST),
+        parameters: "\"float temperaturereference\" 2100 \"float Le\" 700 \"float sigma_a\" 4 \"float sigma_s\" 0.3",
+        outside: "haze",
+    };
+    medium.add(t, own);
 }
 
 /// A groined vault over a bay from (0, 0) to (BAY, BAY): where two round barrels meet.

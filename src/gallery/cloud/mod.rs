@@ -10,23 +10,24 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::GalleryError;
+use super::own_volume::{GridMedium, OwnVolume};
 use super::text::{Point, SceneText, View};
 
 /// From the world towards the sun.
 const SUN: Vec3 = Vec3::new(-0.75, 0.62, -0.3);
 /// The region of the cloud.
 const CLOUD_BOX: [Vec3; 2] = [Vec3::new(-900.0, 640.0, 2300.0), Vec3::new(1150.0, 1920.0, 3500.0)];
-/// Extinction where the cloud is densest, a metre.
-const EXTINCTION: f32 = 0.06;
 
-/// Writes every file of the scene.
-pub fn write(folder: &Path) -> Result<(), GalleryError> {
-    cumulus::write(&folder.join("cloud.vdb"))?;
+/// Writes every file of the scene, with the volume `own` in place of the one written here.
+pub fn write(folder: &Path, own: Option<&OwnVolume>) -> Result<(), GalleryError> {
+    if own.is_none() {
+        cumulus::write(&folder.join("cloud.vdb"))?;
+    }
     sky::write(&folder.join("sky.png"))?;
-    text().write(&folder.join("cloud.pbrt"))
+    text(own).write(&folder.join("cloud.pbrt"))
 }
 
-fn text() -> SceneText {
+fn text(own: Option<&OwnVolume>) -> SceneText {
     let mut t = SceneText::default();
     let (eye, target) = (Vec3::new(0.0, 62.0, 0.0), Vec3::new(60.0, 800.0, 2900.0));
     let view = View { eye, target, fov: 39.0, iso: 100.0, samples: 32, bounces: 96 };
@@ -41,13 +42,15 @@ fn text() -> SceneText {
         t.add(format_args!("Rotate -90 1 0 0 LightSource \"infinite\" \"string filename\" \"sky.png\""));
     });
     t.add(format_args!("\n# The cloud"));
-    t.add(format_args!("MakeNamedMedium \"cloud\" \"string type\" \"openvdb\" \"string filename\" \"cloud.vdb\""));
-    t.add(format_args!("  \"float sigma_s\" {EXTINCTION} \"float sigma_a\" 0.00001 \"float g\" 0.7"));
-    t.block(|t| {
-        t.add(format_args!("Material \"interface\" MediumInterface \"cloud\" \"\""));
-        let [low, high] = CLOUD_BOX;
-        t.cuboid(low, high);
-    });
+    let medium = GridMedium {
+        name: "cloud",
+        file: "cloud.vdb",
+        region: CLOUD_BOX,
+        hottest: None,
+        parameters: "\"float sigma_s\" 0.06 \"float sigma_a\" 0.00001 \"float g\" 0.7",
+        outside: "",
+    };
+    medium.add(&mut t, own);
     coast::add(&mut t);
     t
 }

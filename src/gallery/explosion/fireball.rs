@@ -13,6 +13,9 @@ use super::{PLACE, SMOKE_BOX};
 /// Edge of a voxel.
 const VOXEL: f32 = 0.06;
 
+/// The highest temperature, in kelvin.
+pub const HOTTEST: f32 = 2300.0;
+
 /// Writes the file.
 pub fn write(path: &Path) -> Result<(), GalleryError> {
     let heaps = [
@@ -40,7 +43,7 @@ pub fn write(path: &Path) -> Result<(), GalleryError> {
         }
         let frayed = at(&fray, p);
         let q = p + 0.22 * Vec3::new(frayed, at(&fray, p + 31.0), at(&fray, p - 17.0));
-        let bumped = inside - 0.75 + 1.25 * bumps.at(q) + 0.3 * small.at(q) + 0.12 * frayed;
+        let bumped = inside - 1.0 + 1.6 * bumps.at(q) + 0.3 * small.at(q) + 0.12 * frayed;
         Some((bumped, inside, frayed))
     };
     let values = |p: Vec3| {
@@ -49,10 +52,10 @@ pub fn write(path: &Path) -> Result<(), GalleryError> {
         // Gas too hot for smoke fills what the billows leave.
         let density = thick.max(0.1 * smoothstep(0.3, 0.8, inside));
         // Hot in the creases and deep inside; the billows' skins have cooled, and more so high up.
-        let crease = smoothstep(0.05, 0.85, inside + 0.3 * frayed) * smoothstep(1.2, 0.2, bumped);
+        let crease = smoothstep(-0.25, 0.6, inside + 0.35 * frayed) * smoothstep(1.1, 0.25, bumped);
         let core = 0.9 * smoothstep(0.9, 2.0, inside);
         let risen = smoothstep(PLACE.y + 3.0, PLACE.y + 9.5, p.y);
-        let kelvin = 2300.0 * crease.max(core) * (1.0 - 0.4 * risen);
+        let kelvin = HOTTEST * crease.max(core) * (1.0 - 0.4 * risen);
         [density, if kelvin < 700.0 { 0.0 } else { kelvin }]
     };
     volume::write(path, SMOKE_BOX.map(|p| p + PLACE), VOXEL, ["density", "temperature"], values)

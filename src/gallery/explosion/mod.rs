@@ -8,6 +8,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
+use super::own_volume::{GridMedium, OwnVolume};
 use super::text::{SceneText, View};
 use super::{GalleryError, masonry};
 
@@ -16,14 +17,16 @@ const PLACE: Vec3 = Vec3::new(0.6, 0.0, 15.0);
 /// The region of fire and smoke, from there.
 const SMOKE_BOX: [Vec3; 2] = [Vec3::new(-6.5, 0.0, -5.5), Vec3::new(6.5, 10.5, 5.5)];
 
-/// Writes every file of the scene.
-pub fn write(folder: &Path) -> Result<(), GalleryError> {
-    fireball::write(&folder.join("explosion.vdb"))?;
+/// Writes every file of the scene, with the volume `own` in place of the one written here.
+pub fn write(folder: &Path, own: Option<&OwnVolume>) -> Result<(), GalleryError> {
+    if own.is_none() {
+        fireball::write(&folder.join("explosion.vdb"))?;
+    }
     masonry::write_texture(&folder.join("stone.png"))?;
-    text().write(&folder.join("explosion.pbrt"))
+    text(own).write(&folder.join("explosion.pbrt"))
 }
 
-fn text() -> SceneText {
+fn text(own: Option<&OwnVolume>) -> SceneText {
     let mut t = SceneText::default();
     let (eye, target) = (Vec3::new(-1.2, 1.7, 0.0), Vec3::new(0.2, 4.1, 15.0));
     let view = View { eye, target, fov: 42.0, iso: 100.0, samples: 64, bounces: 16 };
@@ -34,14 +37,15 @@ fn text() -> SceneText {
         "LightSource \"distant\" \"point3 from\" [-0.7 0.8 -0.4] \"point3 to\" [0 0 0] \"rgb L\" [0.09 0.12 0.17]"
     ));
     t.add(format_args!("\n# Fire and smoke"));
-    t.add(format_args!("MakeNamedMedium \"smoke\" \"string type\" \"openvdb\" \"string filename\" \"explosion.vdb\""));
-    t.add(format_args!("  \"string temperature\" \"temperature\" \"float temperaturereference\" 2000"));
-    t.add(format_args!("  \"float Le\" 60 \"float sigma_s\" 3.5 \"float sigma_a\" 1.5 \"float g\" 0.3"));
-    t.block(|t| {
-        t.add(format_args!("Material \"interface\" MediumInterface \"smoke\" \"\""));
-        let [low, high] = SMOKE_BOX.map(|p| p + PLACE);
-        t.cuboid(low, high);
-    });
+    let medium = GridMedium {
+        name: "smoke",
+        file: "explosion.vdb",
+        region: SMOKE_BOX.map(|p| p + PLACE),
+        hottest: Some(fireball::HOTTEST),
+        parameters: "\"float temperaturereference\" 2000 \"float Le\" 40 \"float sigma_s\" 3.5 \"float sigma_a\" 1.5 \"float g\" 0.3",
+        outside: "",
+    };
+    medium.add(&mut t, own);
     yard::add(&mut t);
     t
 }
