@@ -182,8 +182,11 @@ impl GridMedium<'_> {
                         1.0 / largest
                     ));
                     if let Some(hottest) = hottest {
-                        // Without a grid of temperatures it is hot where it is dense.
-                        let Channel { name, largest } = own.temperature.as_ref().unwrap_or(&own.density);
+                        // Without a grid of temperatures it glows where it is dense, less hot: that is all over.
+                        let (Channel { name, largest }, hottest) = match &own.temperature {
+                            Some(temperature) => (temperature, *hottest),
+                            None => (&own.density, 0.75 * hottest),
+                        };
                         t.add(format_args!(
                             "  \"string temperature\" {} \"float temperaturescale\" {}",
                             quoted(name),

@@ -29,7 +29,7 @@ pub fn write(folder: &Path, own: Option<&OwnVolume>) -> Result<(), GalleryError>
 fn text(own: Option<&OwnVolume>) -> SceneText {
     let mut t = SceneText::default();
     let (eye, target) = (Vec3::new(-1.2, 1.7, 0.0), Vec3::new(0.2, 4.1, 15.0));
-    let view = View { eye, target, fov: 42.0, iso: 100.0, samples: 64, bounces: 16 };
+    let view = View { eye, target, fov: 42.0, iso: 125.0, samples: 64, bounces: 16 };
     t.begin("explosion", "An explosion in a yard; units are metres", &view);
     t.add(format_args!("\n# The night: a dim sky and the moon"));
     t.add(format_args!("LightSource \"infinite\" \"rgb L\" [0.008 0.012 0.022]"));
@@ -42,7 +42,7 @@ fn text(own: Option<&OwnVolume>) -> SceneText {
         file: "explosion.vdb",
         region: SMOKE_BOX.map(|p| p + PLACE),
         hottest: Some(fireball::HOTTEST),
-        parameters: "\"float temperaturereference\" 2000 \"float Le\" 40 \"float sigma_s\" 3.5 \"float sigma_a\" 1.5 \"float g\" 0.3",
+        parameters: "\"float temperaturereference\" 2000 \"float Le\" 55 \"float sigma_s\" 3.5 \"float sigma_a\" 1.5 \"float g\" 0.3",
         outside: "",
     };
     medium.add(&mut t, own);
