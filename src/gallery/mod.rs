@@ -33,6 +33,9 @@ use self::own_volume::OwnVolume;
 use crate::scene::SceneErrorKind;
 use crate::system::output::OutputError;
 
+/// Writes a scene to a folder around a volume.
+type WriteAround = fn(&Path, &OwnVolume) -> Result<(), GalleryError>;
+
 /// A scene that can be written.
 #[derive(Clone, Debug)]
 pub struct GalleryScene {
@@ -46,7 +49,7 @@ pub struct GalleryScene {
     pub lights: RangeInclusive<u32>,
     write: fn(&Path, u32) -> Result<(), GalleryError>,
     /// Writes it with another volume in place of its own, if it is a scene of one volume.
-    around: Option<fn(&Path, &OwnVolume) -> Result<(), GalleryError>>,
+    around: Option<WriteAround>,
 }
 
 /// Every scene there is.

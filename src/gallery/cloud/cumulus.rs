@@ -47,12 +47,12 @@ pub fn write(path: &Path) -> Result<(), GalleryError> {
     let density = |p: Vec3| {
         let inside = depth(&puffs, p);
         // Bumps reach no further.
-        if inside < -75.0 {
+        if inside < -85.0 {
             return 0.0;
         }
         let frayed = at(&fray, p);
         let q = p + 14.0 * Vec3::new(frayed, at(&fray, p + 311.0), at(&fray, p - 173.0));
-        let inside = inside - 35.0 + 78.0 * bumps.at(q) + 24.0 * small.at(q) + 16.0 * frayed;
+        let inside = inside - 55.0 + 100.0 * bumps.at(q) + 34.0 * small.at(q) + 16.0 * frayed;
         // The base is flat and thin.
         let above = p.y - BASE - 22.0 * at(&fray, p * Vec3::new(0.5, 0.0, 0.5));
         smoothstep(0.0, 34.0, inside) * smoothstep(-25.0, 45.0, above) * (0.82 + 0.35 * frayed).clamp(0.3, 1.0)

@@ -14,7 +14,7 @@ use super::own_volume::{GridMedium, OwnVolume};
 use super::text::{Point, SceneText, View};
 
 /// From the world towards the sun.
-const SUN: Vec3 = Vec3::new(-0.75, 0.62, -0.3);
+const SUN: Vec3 = Vec3::new(-0.85, 0.5, -0.05);
 /// The region of the cloud.
 const CLOUD_BOX: [Vec3; 2] = [Vec3::new(-900.0, 640.0, 2300.0), Vec3::new(1150.0, 1920.0, 3500.0)];
 

@@ -32,7 +32,7 @@ fn text(own: Option<&OwnVolume>) -> SceneText {
     let view = View { eye, target, fov: 42.0, iso: 125.0, samples: 64, bounces: 16 };
     t.begin("explosion", "An explosion in a yard; units are metres", &view);
     t.add(format_args!("\n# The night: a dim sky and the moon"));
-    t.add(format_args!("LightSource \"infinite\" \"rgb L\" [0.008 0.012 0.022]"));
+    t.add(format_args!("LightSource \"infinite\" \"rgb L\" [0.005 0.008 0.015]"));
     t.add(format_args!(
         "LightSource \"distant\" \"point3 from\" [-0.7 0.8 -0.4] \"point3 to\" [0 0 0] \"rgb L\" [0.09 0.12 0.17]"
     ));
