@@ -5,8 +5,17 @@ use std::path::Path;
 use assert_cmd::Command;
 
 /// Scenes that need no volumes from files, with a small and a larger number of lights that they can have.
-const PLAIN: [(&str, [u32; 2]); 5] =
-    [("foliage", [1, 700]), ("house", [16, 300]), ("rooms", [16, 75]), ("beams", [1, 40]), ("lamp", [1, 1])];
+const PLAIN: [(&str, [u32; 2]); 6] = [
+    ("foliage", [1, 700]),
+    ("house", [16, 300]),
+    ("rooms", [16, 75]),
+    ("beams", [1, 40]),
+    ("lamp", [1, 1]),
+    ("godrays", [2, 2]),
+];
+
+/// Scenes of one volume, with their lights.
+const VOLUMES: [(&str, u32); 4] = [("torch", 1), ("fire", 1), ("cloud", 2), ("explosion", 3)];
 
 fn lanternfish() -> Command {
     Command::new(env!("CARGO_BIN_EXE_lanternfish"))
@@ -48,7 +57,7 @@ fn rendered_lights(scene: &Path) -> String {
     let image = scene.with_extension("exr");
     let mut command = lanternfish();
     command.arg("render").arg(scene).arg("-o").arg(image).args(["--resolution", "16x9", "--spp", "1"]);
-    let output = command.args(["--lights", "power"]).output().expect("it runs");
+    let output = command.args(["--lights", "power", "--strict"]).output().expect("it runs");
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && !text.contains("warning"), "{}: {text}", scene.display());
     let output = lanternfish().arg("info").arg(scene).output().expect("it runs");
@@ -90,9 +99,113 @@ fn a_number_of_lights_out_of_range_is_wrong_usage_and_names_the_range() {
 #[test]
 fn without_openvdb_a_scene_with_volumes_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = lanternfish().args(["scene", "pier", "--out"]).arg(folder.path()).output().expect("it runs");
-    assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("feature \"openvdb\""));
+    for name in VOLUMES.map(|(name, _)| name).into_iter().chain(["pier"]) {
+        let output = lanternfish().args(["scene", name, "--out"]).arg(folder.path()).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(1));
+        assert!(String::from_utf8_lossy(&output.stderr).contains("feature \"openvdb\""));
+    }
+}
+
+/// Writes a scene around another volume.
+fn write_around(name: &str, volume: &Path, folder: &Path) -> std::process::Output {
+    let mut command = lanternfish();
+    command.args(["scene", name, "--out"]).arg(folder).arg("--vdb").arg(volume).output().expect("it runs")
+}
+
+#[test]
+fn a_volume_that_cannot_be_shown_is_refused_by_name_and_nothing_is_written() {
+    let [inputs, folder] = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
+    let text = inputs.path().join("text.vdb");
+    std::fs::write(&text, "not a volume").expect("written");
+    let (missing, image) = (inputs.path().join("missing.vdb"), inputs.path().join("picture.png"));
+    std::fs::write(&image, "not a volume").expect("written");
+    // Without OpenVDB no file is looked into.
+    let unread = if cfg!(feature = "openvdb") { 3 } else { 1 };
+    for (name, volume, code, said) in [
+        ("godrays", &text, 2, "torch, fire, cloud, explosion"),
+        ("pier", &text, 2, "\"pier\" has no volume"),
+        ("fire", &image, 3, "picture.png"),
+        ("fire", &text, unread, if unread == 3 { "text.vdb" } else { "openvdb" }),
+        ("torch", &missing, unread, if unread == 3 { "missing.vdb" } else { "openvdb" }),
+    ] {
+        let output = write_around(name, volume, folder.path());
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(code) && text.contains(said), "{name}: {text}");
+    }
+    assert!(files(folder.path()).is_empty());
+}
+
+/// Whether two .vdb files hold the same grids; each has an identifier of its own, so that their bytes differ.
+#[cfg(feature = "openvdb")]
+fn same_volumes(a: &Path, b: &Path) -> bool {
+    let read = |path: &Path| openvdb::read_vdb(path, &openvdb::Limits::default()).expect("a readable file");
+    let (a, b) = (read(a), read(b));
+    assert!(!a.is_empty() && a.iter().all(|grid| grid.header.active_voxels > 1_000));
+    a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| a.leaf_origins == b.leaf_origins && a.values == b.values)
+}
+
+#[cfg(feature = "openvdb")]
+fn is_black(image: &Path) -> bool {
+    let image = lanternfish::film::exr::read_exr_layers(image).expect("a readable image");
+    ["R", "G", "B"].iter().all(|name| image.channel(name).expect("a colour").iter().all(|&v| v == 0.0))
+}
+
+#[cfg(feature = "openvdb")]
+#[test]
+fn scenes_of_one_volume_come_out_the_same_twice_and_show_any_other_in_its_place() {
+    let mut before: Option<(tempfile::TempDir, std::path::PathBuf)> = None;
+    for (name, lights) in VOLUMES {
+        let folders = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
+        for folder in &folders {
+            write_scene(name, lights, folder.path());
+        }
+        let [a, b] = folders.each_ref().map(|folder| files(folder.path()));
+        assert_eq!(a.len(), b.len());
+        for (a, b) in a.iter().zip(&b) {
+            let [x, y] = folders.each_ref().map(|folder| folder.path().join(&a.0));
+            let same = if x.extension().is_some_and(|e| e == "vdb") { same_volumes(&x, &y) } else { a == b };
+            assert!(same, "{name}: {:?} differs", a.0);
+        }
+        let [first, second] = folders;
+        let scene = first.path().join(name).with_extension("pbrt");
+        assert_eq!(rendered_lights(&scene), lights.to_string(), "{name}");
+        assert!(!is_black(&scene.with_extension("exr")), "{name} is black");
+
+        // Around the volume of the scene before: all that it needs is in its folder.
+        if let Some((home, volume)) = before.take() {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            assert!(write_around(name, &volume, folder.path()).status.success());
+            let copy = folder.path().join(volume.file_name().expect("a name"));
+            assert!(std::fs::read(&copy).expect("a copy") == std::fs::read(&volume).expect("a file"), "{name}");
+            drop(home);
+            let scene = folder.path().join(name).with_extension("pbrt");
+            assert_eq!(rendered_lights(&scene), lights.to_string(), "{name}");
+            assert!(!is_black(&scene.with_extension("exr")), "{name} is black");
+        }
+        let volume = second.path().join(name).with_extension("vdb");
+        before = Some((second, volume));
+    }
+}
+
+#[cfg(feature = "openvdb")]
+#[test]
+fn a_volume_is_fitted_into_the_place_of_the_scenes_own() {
+    let [one, other] = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
+    let volume = one.path().join("far \"away\".vdb");
+    // A block of 100 × 200 × 100 units far from the origin, of a density of 5, without a temperature.
+    let mut writer = openvdb::VdbWriter::new().expect("a writer");
+    writer.fog_grid("smoke", openvdb::Precision::Half, 0.0, 10.0, [5000.0, -3000.0, 7000.0]).expect("a grid");
+    writer.dense([0; 3], [10, 20, 10], 0.0, |_, _, _| 5.0).expect("voxels");
+    writer.write(&volume, openvdb::Compression::Zip).expect("written");
+    let output = write_around("explosion", &volume, other.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let scene = other.path().join("explosion.pbrt");
+    assert_eq!(rendered_lights(&scene), "3");
+    assert!(!is_black(&scene.with_extension("exr")));
+    let text = std::fs::read_to_string(&scene).expect("text");
+    assert!(text.contains(r#""string density" "smoke" "float densityscale" 0.2"#));
+    // The box is 13 × 10.5 × 11; with the reach of its outer voxels the block is 110 × 210 × 110, so it is made 0.05 as large.
+    assert!(text.contains(" Scale 0.05 0.05 0.05\n"), "{text}");
 }
 
 #[cfg(feature = "openvdb")]

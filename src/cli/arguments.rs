@@ -161,6 +161,9 @@ pub struct SceneArguments {
     /// How many lights it shall have [default and range: see below].
     #[arg(long, value_name = "N")]
     pub lights: Option<u32>,
+    /// A .vdb file to show in place of the scene's volume; it is copied to the folder and fitted to the volume's place.
+    #[arg(long, value_name = "FILE.vdb")]
+    pub vdb: Option<PathBuf>,
 }
 
 impl RenderArguments {

@@ -9,7 +9,6 @@ mod festival;
 mod lanterns;
 mod objects;
 mod town;
-#[cfg_attr(not(feature = "openvdb"), path = "no_volumes.rs")]
 mod volumes;
 mod water;
 
