@@ -289,7 +289,7 @@ struct Place {
 impl Layout<'_> {
     /// Knots for a stretch through `media` of a ray that is looked at up to `t_end`.
     fn add(&mut self, [t_start, t_stop]: [f32; 2], t_end: f32, media: &[MediumId]) {
-        let (least, most) = (t_end / mk, t_end / FEWEST_KNOTS);
+        let (least, most) = (t_end / MOST_KNOTS, t_end / FEWEST_KNOTS);
         let mut t = t_start;
         let mut last: Option<(f32, Rgb)> = None;
         self.density.push(t_start, 0.0);
