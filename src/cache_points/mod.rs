@@ -168,8 +168,19 @@ impl CachePoints {
 
         let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
         let uniform = Uniform::new(lights, dark);
-        let mut cache =
-            Self { settings, hierarchy, positions, radii, lookup, blur, table, scatter: None, iterations: 0, uniform, statistics };
+        let mut cache = Self {
+            settings,
+            hierarchy,
+            positions,
+            radii,
+            lookup,
+            blur,
+            table,
+            scatter: None,
+            iterations: 0,
+            uniform,
+            statistics,
+        };
         cache.statistics.describe(&cache.table);
         cache.statistics.bytes = cache.memory();
         Some(cache)
@@ -205,6 +216,11 @@ impl CachePoints {
         }
         self.statistics.seconds.scatter = clock.lap();
         self.statistics.bytes = self.memory();
+    }
+
+    /// Scatter weights are not wanted any more.
+    pub fn end_scattering(&mut self) {
+        self.scatter = None;
     }
 
     /// Whether scatter weights are kept.

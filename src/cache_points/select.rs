@@ -240,6 +240,18 @@ impl CachePoints {
         }
     }
 
+    /// Tells what became of a shadow ray from `p` in a medium to a light that something else has chosen.
+    #[inline]
+    pub fn record_at(&self, lights: &Lights, p: glam::Vec3, light: LightId, is_visible: bool) {
+        if !self.learns() || !self.scatters() {
+            return;
+        }
+        let point = self.lookup.of(p);
+        if let Some(k) = self.entry_of(lights, light, &self.table.list(point)) {
+            self.table.counters[range(&self.table.offsets, point)][k].record(is_visible);
+        }
+    }
+
     /// Where nothing known contributes, all lights are alike.
     #[inline]
     fn uniform_probability(&self, scratch: &CacheScratch) -> f64 {

@@ -207,7 +207,7 @@ impl DirectLight<'_> {
         }
         let sample = world.lights.sample(&world.geometry, light, self.vertex.p(), self.time, u, rest);
         let Some(sample) = sample.filter(|sample| !sample.radiance.is_black()) else {
-            world.light_choice.record(drawn, false);
+            self.record(drawn, false);
             return None;
         };
         // As far as paths gather what media emit (see `super::path`).
@@ -228,6 +228,16 @@ impl DirectLight<'_> {
         Some(Candidate { drawn: *drawn, sample, f, scatter_pdf, light_pdf, worth })
     }
 
+    /// Tells what became of a light that was drawn.
+    #[inline]
+    fn record(&self, drawn: &Drawn, is_visible: bool) {
+        let Self { world, ref vertex, depth, .. } = *self;
+        world.light_choice.record(drawn, is_visible);
+        if let (Vertex::Medium(vertex), 1) = (vertex, depth) {
+            world.light_choice.record_scattering(&world.lights, vertex.p, drawn.light, is_visible);
+        }
+    }
+
     /// What arrives from a candidate, by one shadow ray.
     #[inline]
     fn connect<const MEDIA: bool>(&self, candidate: &Candidate, scratch: &mut Scratch) -> Rgb {
@@ -242,7 +252,7 @@ impl DirectLight<'_> {
             return self.connect_volume(candidate, medium, ray, scratch);
         }
         let is_blocked = world.tracer.occluded(&ray);
-        world.light_choice.record(drawn, !is_blocked);
+        self.record(drawn, !is_blocked);
         if is_blocked {
             scratch.counters.shadow_rays_blocked += 1;
             return Rgb::BLACK;
@@ -272,7 +282,7 @@ impl DirectLight<'_> {
             gathered += passed.value * emission / pdf.mean();
         });
         let is_visible = !gathered.is_black();
-        self.world.light_choice.record(drawn, is_visible);
+        self.record(drawn, is_visible);
         scratch.counters.shadow_rays_blocked += u64::from(!is_visible);
         weight.throughput * *f * gathered
     }

@@ -191,7 +191,12 @@ fn sample_stretch(
             let p = ray.origin + ray.direction * within(collision.t, stretch, ray);
             let vertex = MediumVertex::new(world, p, collision.medium);
             let t = collision.t;
-            return (!weight.throughput.is_black()).then_some(FlightVertex { vertex, medium: collision.medium, t, passed });
+            return (!weight.throughput.is_black()).then_some(FlightVertex {
+                vertex,
+                medium: collision.medium,
+                t,
+                passed,
+            });
         }
         let null = Rgb::WHITE - real;
         let inverse = 1.0 / null[hero];

@@ -146,7 +146,8 @@ pub fn gather(
         scratch.counters.medium_vertices += 1;
         let (vertex, wo) = (MediumVertex::new(world, p, medium), -ray.direction);
         let vertex = Vertex::Medium(&vertex);
-        let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path: &to_point, depth: 1, random, index };
+        let direct =
+            DirectLight { world, settings, vertex, wo, time: ray.time, path: &to_point, depth: 1, random, index };
         gathered += direct.gather::<true>(scratch);
     }
     // The path begins without a cache point in use.

@@ -2,6 +2,7 @@
 //! arrives. Also how pilot paths are recorded: they choose no light, and what a choice would have been made for is kept.
 
 use arrayvec::ArrayVec;
+use glam::Vec3;
 
 use crate::cache_points::select::{Drawn, MOST_DRAWN};
 use crate::cache_points::{CachePoints, CacheScratch};
@@ -15,6 +16,8 @@ pub enum LightChoice {
     Selector(LightSelector),
     /// By the nearest cache point.
     CachePoints(Box<CachePoints>),
+    /// By the lights alone; cache points learn beside it what in-scatter sampling goes by.
+    Beside(LightSelector, Box<CachePoints>),
     /// None: paths only record where they would choose.
     Pilot,
 }
@@ -40,7 +43,9 @@ impl LightChoice {
     #[inline]
     pub fn prepare(&self, lights: &Lights, receiver: &Receiver, scratch: &mut LightScratch) {
         match self {
-            Self::Selector(selector) => selector.prepare(lights, receiver, &mut scratch.selector),
+            Self::Selector(selector) | Self::Beside(selector, _) => {
+                selector.prepare(lights, receiver, &mut scratch.selector)
+            }
             Self::CachePoints(cache) => cache.prepare(lights, receiver, &mut scratch.cache),
             Self::Pilot => scratch.pilots.push(*receiver),
         }
@@ -50,7 +55,7 @@ impl LightChoice {
     #[inline]
     pub fn draws(&self, scratch: &LightScratch) -> u32 {
         match self {
-            Self::Selector(selector) => selector.draws(&scratch.selector),
+            Self::Selector(selector) | Self::Beside(selector, _) => selector.draws(&scratch.selector),
             Self::CachePoints(_) => 1,
             Self::Pilot => 0,
         }
@@ -67,7 +72,7 @@ impl LightChoice {
         drawn: &mut ArrayVec<Drawn, MOST_DRAWN>,
     ) {
         match self {
-            Self::Selector(selector) => {
+            Self::Selector(selector) | Self::Beside(selector, _) => {
                 let sample = |u| selector.sample(lights, draw, u, &scratch.selector);
                 drawn.extend(numbers.filter_map(sample).map(Drawn::new));
             }
@@ -80,7 +85,7 @@ impl LightChoice {
     #[inline]
     pub fn pmf(&self, lights: &Lights, id: LightId, scratch: &LightScratch) -> f32 {
         match self {
-            Self::Selector(selector) => selector.pmf(lights, id, &scratch.selector),
+            Self::Selector(selector) | Self::Beside(selector, _) => selector.pmf(lights, id, &scratch.selector),
             Self::CachePoints(cache) => cache.pmf(lights, id, &scratch.cache),
             Self::Pilot => 0.0,
         }
@@ -91,7 +96,7 @@ impl LightChoice {
     pub fn visibility(&self, drawn: &Drawn) -> f32 {
         match self {
             Self::CachePoints(cache) => cache.visibility(drawn),
-            Self::Selector(_) | Self::Pilot => 1.0,
+            Self::Selector(_) | Self::Beside(..) | Self::Pilot => 1.0,
         }
     }
 
@@ -103,26 +108,46 @@ impl LightChoice {
         }
     }
 
+    /// As [`LightChoice::record`], at a first scattering vertex `p`: tells cache points that choose no lights themselves.
+    #[inline]
+    pub fn record_scattering(&self, lights: &Lights, p: Vec3, light: LightId, is_visible: bool) {
+        if let Self::Beside(_, cache) = self {
+            cache.record_at(lights, p, light, is_visible);
+        }
+    }
+
+    /// Nobody samples scattering points by what the cache points know any more.
+    pub fn end_scattering(&mut self) {
+        if let Self::CachePoints(cache) | Self::Beside(_, cache) = self {
+            cache.end_scattering();
+        }
+    }
+
     /// Whether choices change with what earlier ones came to.
     #[inline]
     pub fn learns(&self) -> bool {
-        self.cache_points().is_some_and(CachePoints::learns)
+        match self {
+            Self::CachePoints(cache) => cache.learns(),
+            Self::Beside(_, cache) => cache.learns() && cache.scatters(),
+            Self::Selector(_) | Self::Pilot => false,
+        }
     }
 
     /// An iteration is over: takes over what was learned.
     pub fn learn(&mut self, lights: &Lights) {
-        if let Self::CachePoints(cache) = self
-            && cache.learns()
+        if self.learns()
+            && let Self::CachePoints(cache) | Self::Beside(_, cache) = self
         {
             cache.learn(lights);
         }
     }
 
-    /// The cache points, where they choose.
+    /// The cache points, where there are any.
+    #[inline]
     pub fn cache_points(&self) -> Option<&CachePoints> {
         match self {
-            Self::CachePoints(cache) => Some(cache),
-            _ => None,
+            Self::CachePoints(cache) | Self::Beside(_, cache) => Some(cache),
+            Self::Selector(_) | Self::Pilot => None,
         }
     }
 
@@ -131,6 +156,7 @@ impl LightChoice {
         match self {
             Self::Selector(selector) => selector.memory(),
             Self::CachePoints(cache) => cache.memory(),
+            Self::Beside(selector, cache) => selector.memory() + cache.memory(),
             Self::Pilot => 0,
         }
     }

@@ -25,7 +25,7 @@ use crate::film::{Film, FilmSettings, PixelSamples};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
-use crate::integrator::{Counters, LightChoice, PathSettings, Scratch, World, trace_path};
+use crate::integrator::{Counters, PathSettings, Scratch, World, trace_path};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
 use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
@@ -147,27 +147,32 @@ impl Job {
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
         let mut path = PathSettings { max_depth, light_candidates: 1, null_samples_lights: true };
-        if matches!(world.light_choice, LightChoice::Pilot) && !settings.plan_only {
+        let choice = build::ChoicePlan::of(&world.lights, &world.media, settings);
+        if settings.plan_only {
+            if choice.selector.is_some() {
+                let choice = build::ChoicePlan { in_scatter: false, ..choice };
+                build::choose_lights(&mut world, &choice, None, settings, warnings);
+            }
+        } else {
             let start = Instant::now();
-            let seed = settings.seed.unwrap_or(scene_seed);
-            let scatters = settings.volume_sampling != VolumeSampling::Null;
             let builder = build::CacheBuilder {
                 camera: &camera,
                 film: &film,
                 path: &path,
-                seed,
+                seed: settings.seed.unwrap_or(scene_seed),
                 settings: settings.cache,
-                phases: if scatters { world.phases() } else { vec![] },
+                phases: if choice.in_scatter { world.phases() } else { vec![] },
             };
-            builder.build(&mut world, warnings);
+            let points = if choice.has_points() { builder.build(&world) } else { None };
+            build::choose_lights(&mut world, &choice, points, settings, warnings);
             timings.cache_points = start.elapsed().as_secs_f64();
         }
         path.light_candidates =
             settings.light_candidates.unwrap_or_else(|| build::light_candidates(&world.light_choice, settings.lights));
         path.null_samples_lights = settings.volume_sampling != VolumeSampling::InScatter;
-        let draws = world.light_choice.cache_points().is_some_and(|cache| cache.scatters());
+        let draws = world.light_choice.cache_points().map_or(choice.in_scatter && settings.plan_only, |c| c.scatters());
         let in_scatter = draws.then_some(settings.volume_sampling);
-        let plan = Plan::of(&world, &camera, memory::of_film(&film));
+        let plan = Plan::of(&world, &camera, draws, memory::of_film(&film));
         Ok(Self { world, camera, film, aovs: true, path, in_scatter, plan, timings, scene_spp, scene_seed, backend })
     }
 
@@ -198,7 +203,8 @@ impl Job {
                 }
                 pass = pass.min(affordable as u32);
             }
-            let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking };
+            let learns = self.world.light_choice.learns() || mixing.adapts() && !mixing.is_off();
+            let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking, learns };
             let [drawing, points] = mixing.summary();
             let done_now = context.run(&mut film, &mut mixing);
             counters += done_now;
@@ -212,6 +218,9 @@ impl Job {
                 let start = Instant::now();
                 self.world.light_choice.learn(&self.world.lights);
                 mixing.decide(pass);
+                if mixing.adapts() && mixing.is_off() {
+                    self.world.light_choice.end_scattering();
+                }
                 iteration.learning = start.elapsed().as_secs_f64();
             }
             iterations.push(iteration);
@@ -285,6 +294,8 @@ struct Pass<'a> {
     samples: std::ops::Range<u32>,
     interrupt: &'a AtomicBool,
     tracking: &'a Tracking<'a>,
+    /// Whether what earlier passes found has a say in it.
+    learns: bool,
 }
 
 impl Pass<'_> {
@@ -320,8 +331,7 @@ impl Pass<'_> {
     /// learns from the one before that would be bias, so then every pass has a sequence of its own.
     fn sample_id(&self, pixel: [u32; 2], sample: u32) -> SampleId {
         let first = self.samples.start;
-        let adapts = self.job.in_scatter == Some(VolumeSampling::Auto);
-        if first > 0 && (adapts || self.job.world.light_choice.learns()) {
+        if first > 0 && self.learns {
             let seed = mix(u64::from(self.seed) << 32 | u64::from(first)) as u32;
             return SampleId { seed, pixel, sample: sample - first };
         }

@@ -31,8 +31,9 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan that `world` was built by, seen from `camera`. `film_bytes` is what rendering and writing the image take.
-    pub fn of(world: &World, camera: &Camera, film_bytes: usize) -> Self {
+    /// The plan that `world` was built by, seen from `camera`. `in_scatter` is whether scattering points are sampled by cache points too, `film_bytes`
+    /// what rendering and writing the image take.
+    pub fn of(world: &World, camera: &Camera, in_scatter: bool, film_bytes: usize) -> Self {
         let mut plan = Self { systems: vec![] };
         let geometry = &world.geometry;
         let shapes = &geometry.shapes;
@@ -63,19 +64,18 @@ impl Plan {
 
         let lights = &world.lights;
         plan.decide("lights", lights.len(), LIGHTS, lights.memory());
-        let over = counted(lights.len(), LIGHTS);
-        let (built, reason) = match &world.light_choice {
-            LightChoice::Selector(LightSelector::None) => (false, "the scene has no lights".to_owned()),
-            LightChoice::Selector(LightSelector::Single(_)) => {
-                (false, "there is one light: nothing to choose".to_owned())
-            }
-            LightChoice::Selector(selector) => (true, format!("{} over {over}", selector_name(selector))),
-            LightChoice::CachePoints(cache) => {
-                (true, format!("{} cache points over {over}", cache.statistics().points))
-            }
-            LightChoice::Pilot => (true, format!("cache points over {over}")),
+        plan.systems.push(light_selection(world));
+        let reason = match (in_scatter, world.media.iter().any(Medium::scatters)) {
+            (true, _) => "cache points tell where camera rays are scattered",
+            (false, true) => "null tracking alone finds where camera rays are scattered",
+            (false, false) => "nothing scatters between surfaces",
         };
-        plan.systems.push(System { name: "light selection", built, reason, bytes: world.light_choice.memory() });
+        plan.systems.push(System {
+            name: "in-scatter sampling",
+            built: in_scatter,
+            reason: reason.to_owned(),
+            bytes: 0,
+        });
         let (bytes, reason) = match lights.linking() {
             None => (0, "no shape names lights".to_owned()),
             Some(linking) => (linking.memory(), link_counts(linking)),
@@ -128,6 +128,22 @@ fn volume_lights(world: &World, emissive: usize) -> System {
         "the scene has no emissive media".to_owned()
     };
     System { name: "volume lights", built: built > 0, reason, bytes: 0 }
+}
+
+fn light_selection(world: &World) -> System {
+    let over = counted(world.lights.len(), LIGHTS);
+    let (built, reason) = match &world.light_choice {
+        LightChoice::Selector(LightSelector::None) => (false, "the scene has no lights".to_owned()),
+        LightChoice::Selector(LightSelector::Single(_)) | LightChoice::Beside(LightSelector::Single(_), _) => {
+            (false, "there is one light: nothing to choose".to_owned())
+        }
+        LightChoice::Selector(selector) | LightChoice::Beside(selector, _) => {
+            (true, format!("{} over {over}", selector_name(selector)))
+        }
+        LightChoice::CachePoints(cache) => (true, format!("{} cache points over {over}", cache.statistics().points)),
+        LightChoice::Pilot => (true, format!("cache points over {over}")),
+    };
+    System { name: "light selection", built, reason, bytes: world.light_choice.memory() }
 }
 
 const SHAPES: [&str; 2] = ["shape", "shapes"];

@@ -11,11 +11,9 @@ use crate::cache_points::{CachePoints, CacheSettings, CacheStatistics};
 use crate::film::FilmSettings;
 use crate::geometry::camera::Camera;
 use crate::geometry::{Geometry, ShapeId};
-use crate::integrator::{LightChoice, PathSettings, Scratch, World, trace_path};
-use crate::light::selector::{LightSelector, SelectorKind};
+use crate::integrator::{PathSettings, Scratch, World, trace_path};
 use crate::material::{MaterialId, Materials};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint};
-use crate::scene::Warnings;
 
 /// Pixels for each pilot path. So pilots cost an eighth of a sample a pixel.
 const PIXELS_PER_PILOT: usize = 8;
@@ -42,9 +40,8 @@ pub struct CacheBuilder<'a> {
 }
 
 impl CacheBuilder<'_> {
-    /// Lets `world`, whose choice must be [`LightChoice::Pilot`], choose its lights by cache points; by asking every light where there are
-    /// too few candidates for points.
-    pub fn build(&self, world: &mut World, warnings: &mut Warnings) {
+    /// Cache points for `world`, whose choice must be [`crate::integrator::LightChoice::Pilot`]; `None` where there are too few candidates.
+    pub fn build(&self, world: &World) -> Option<CachePoints> {
         let start = Instant::now();
         let mut statistics = CacheStatistics::default();
         let mut candidates = self.pilots(world);
@@ -60,19 +57,11 @@ impl CacheBuilder<'_> {
         statistics.seconds.seed = start.elapsed().as_secs_f64();
 
         let pixel = self.camera.pixel_angle();
-        let cache = CachePoints::build(&world.lights, candidates, pixel, self.settings, statistics);
-        world.light_choice = match cache {
-            Some(mut cache) => {
-                if !self.phases.is_empty() {
-                    cache.weigh_scattering(&world.lights, spread(&self.phases));
-                }
-                LightChoice::CachePoints(Box::new(cache))
-            }
-            None => {
-                warnings.add(None, "too few places for cache points: every vertex asks every light");
-                LightChoice::Selector(LightSelector::build(SelectorKind::Optimal, &world.lights, warnings))
-            }
-        };
+        let mut cache = CachePoints::build(&world.lights, candidates, pixel, self.settings, statistics)?;
+        if !self.phases.is_empty() {
+            cache.weigh_scattering(&world.lights, spread(&self.phases));
+        }
+        Some(cache)
     }
 
     fn in_boxes(&self, others: usize) -> usize {

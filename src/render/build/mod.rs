@@ -17,6 +17,7 @@ use super::RenderError;
 use super::regions::camera_regions;
 use super::settings::{LightSelection, RenderSettings, VolumeLights, VolumeSampling};
 use super::timing::Timings;
+use crate::cache_points::CachePoints;
 use crate::geometry::{Backend, Tracer};
 use crate::integrator::{LightChoice, World};
 use crate::light::linking::LinkRequests;
@@ -43,12 +44,16 @@ const DEFAULT_CANDIDATES: u32 = 2;
 pub fn light_candidates(choice: &LightChoice, wanted: LightSelection) -> u32 {
     match choice {
         LightChoice::CachePoints(_) => DEFAULT_CANDIDATES,
-        LightChoice::Selector(LightSelector::Optimal(_)) if wanted == LightSelection::Auto => DEFAULT_CANDIDATES,
+        LightChoice::Selector(LightSelector::Optimal(_)) | LightChoice::Beside(LightSelector::Optimal(_), _)
+            if wanted == LightSelection::Auto =>
+        {
+            DEFAULT_CANDIDATES
+        }
         _ => 1,
     }
 }
 
-/// Builds the world of `scene` for `settings`. `timings` receives the seconds of each step.
+/// Builds the world of `scene` for `settings`, whose lights nobody chooses yet. `timings` receives the seconds of each step.
 pub fn build_world(
     scene: &SceneDescription,
     settings: &RenderSettings,
@@ -95,8 +100,6 @@ pub fn build_world(
     if has_opacity {
         lights.set_opacity(materials.clone());
     }
-    let scatters = media.media.iter().any(Medium::scatters);
-    let light_choice = light_choice(&lights, scatters, settings, warnings);
     timings.lights = start.elapsed().as_secs_f64();
 
     let extent = geometry.bounds();
@@ -105,7 +108,7 @@ pub fn build_world(
         tracer,
         materials,
         lights,
-        light_choice,
+        light_choice: LightChoice::Pilot,
         fog_glows: media.media.iter().any(|m| matches!(m, Medium::Homogeneous(_)) && m.is_emissive()),
         media: media.media,
         media_links: media.links,
@@ -120,25 +123,67 @@ pub fn build_world(
     Ok(world)
 }
 
-/// The way of choosing lights that was asked for; `auto` decides by their number. [`LightChoice::Pilot`] where cache points are to be
-/// built ([`CacheBuilder`]).
-fn light_choice(lights: &Lights, scatters: bool, settings: &RenderSettings, warnings: &mut Warnings) -> LightChoice {
-    let mut live = lights.ids().filter(|&id| !lights.is_dark(id));
-    let (some, several) = (live.next().is_some(), live.next().is_some());
-    let by_cache_points = matches!(settings.lights, LightSelection::Auto | LightSelection::CachePoints);
-    if some && scatters && by_cache_points && settings.volume_sampling != VolumeSampling::Null {
-        return LightChoice::Pilot;
+/// How lights are to be chosen.
+pub struct ChoicePlan {
+    /// By which selector; `None` for cache points.
+    pub selector: Option<SelectorKind>,
+    /// Whether cache points tell in-scatter sampling where to look.
+    pub in_scatter: bool,
+}
+
+impl ChoicePlan {
+    /// What was asked for; `auto` decides by the lights and media there are.
+    pub fn of(lights: &Lights, media: &[Medium], settings: &RenderSettings) -> Self {
+        let mut live = lights.ids().filter(|&id| !lights.is_dark(id));
+        let (some, several) = (live.next().is_some(), live.next().is_some());
+        let selector = match settings.lights {
+            LightSelection::CachePoints if several => None,
+            LightSelection::Auto if several && lights.len() > OPTIMAL_UP_TO => None,
+            LightSelection::Uniform => Some(SelectorKind::Uniform),
+            LightSelection::Power => Some(SelectorKind::Power),
+            LightSelection::Tree => Some(SelectorKind::Tree),
+            LightSelection::Optimal | LightSelection::CachePoints | LightSelection::Auto => Some(SelectorKind::Optimal),
+        };
+        let wanted = match settings.volume_sampling {
+            VolumeSampling::Null => false,
+            VolumeSampling::Both | VolumeSampling::InScatter => true,
+            // Selectors that are asked for by name are compared as published.
+            VolumeSampling::Auto => {
+                matches!(settings.lights, LightSelection::Auto | LightSelection::CachePoints)
+            }
+        };
+        Self { selector, in_scatter: wanted && some && media.iter().any(Medium::scatters) }
     }
-    let kind = match settings.lights {
-        LightSelection::CachePoints if several => return LightChoice::Pilot,
-        LightSelection::Auto if several && lights.len() > OPTIMAL_UP_TO => return LightChoice::Pilot,
-        LightSelection::CachePoints => SelectorKind::Optimal,
-        LightSelection::Uniform => SelectorKind::Uniform,
-        LightSelection::Power => SelectorKind::Power,
-        LightSelection::Optimal => SelectorKind::Optimal,
-        LightSelection::Tree => SelectorKind::Tree,
-        LightSelection::Auto => SelectorKind::Optimal,
-    };
+
+    /// Whether cache points are to be built ([`CacheBuilder`]).
+    pub const fn has_points(&self) -> bool {
+        self.selector.is_none() || self.in_scatter
+    }
+}
+
+/// The selector of this kind.
+fn selector(kind: SelectorKind, lights: &Lights, settings: &RenderSettings, warnings: &mut Warnings) -> LightSelector {
     let splitting = settings.splitting.unwrap_or(DEFAULT_SPLITTING);
-    LightChoice::Selector(LightSelector::build(kind, lights, warnings).with_splitting(splitting))
+    LightSelector::build(kind, lights, warnings).with_splitting(splitting)
+}
+
+/// Lets `world` choose its lights as `plan` says, with cache points where they are part of it.
+pub fn choose_lights(
+    world: &mut World,
+    plan: &ChoicePlan,
+    points: Option<CachePoints>,
+    settings: &RenderSettings,
+    warnings: &mut Warnings,
+) {
+    if points.is_none() && plan.has_points() {
+        let rest =
+            if plan.selector.is_none() { "every vertex asks every light" } else { "there is no in-scatter sampling" };
+        warnings.add(None, format!("too few places for cache points: {rest}"));
+    }
+    let selector = |kind: SelectorKind, warnings: &mut Warnings| selector(kind, &world.lights, settings, warnings);
+    world.light_choice = match (plan.selector, points.map(Box::new)) {
+        (None, Some(points)) => LightChoice::CachePoints(points),
+        (Some(kind), Some(points)) => LightChoice::Beside(selector(kind, warnings), points),
+        (kind, None) => LightChoice::Selector(selector(kind.unwrap_or(SelectorKind::Optimal), warnings)),
+    };
 }
