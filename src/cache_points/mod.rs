@@ -35,7 +35,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::light::selector::Uniform;
-use crate::light::{Lights, Receiver};
+use crate::light::{LightId, Lights, Receiver};
 use blur::BlurWeights;
 use gather::{Gathering, Site, all_by_lists, by_hierarchy, sensors};
 use hierarchy::{Cluster, Hierarchy};
@@ -201,19 +201,15 @@ impl CachePoints {
             self.statistics.describe(&self.table);
             self.statistics.bytes = self.memory();
         }
-        if let Some(scatter) = &mut self.scatter {
-            scatter.update(&self.table);
-        }
+        self.update_scattering(lights);
     }
 
     /// From now on keeps ready what media at the points scatter towards the camera, for these mean cosines of theirs.
     pub fn weigh_scattering(&mut self, lights: &Lights, phases: Phases) {
         let mut clock = Clock::start();
-        self.scatter = Some(ScatterWeights::new(phases));
+        self.scatter = Some(ScatterWeights::new(lights, phases));
         self.visit_for_scattering(lights);
-        if let Some(scatter) = &mut self.scatter {
-            scatter.update(&self.table);
-        }
+        self.update_scattering(lights);
         self.statistics.seconds.scatter = clock.lap();
         self.statistics.bytes = self.memory();
     }
@@ -235,11 +231,40 @@ impl CachePoints {
         }
     }
 
-    /// The scatter weights, the point nearest to `p` and its radius; `None` where no weights are kept.
+    fn update_scattering(&mut self, lights: &Lights) {
+        if let Some(scatter) = &mut self.scatter {
+            let places: Vec<Site> = places(&self.positions, &self.radii).collect();
+            scatter.update(&self.hierarchy, lights, &self.table, &places);
+        }
+    }
+
+    /// The point nearest to `p`, and its radius.
     #[inline]
-    pub fn scattering(&self, p: Vec3) -> Option<(&ScatterWeights, u32, f32)> {
+    pub fn nearest(&self, p: Vec3) -> (u32, f32) {
         let point = self.lookup.of(p);
-        self.scatter.as_ref().map(|scatter| (scatter, point, self.radii[point as usize]))
+        (point, self.radii[point as usize])
+    }
+
+    /// What a medium of mean cosine `g` at `p`, to which `point` is the nearest, scatters towards the camera, narrow beams left out: luminance per
+    /// unit of μ_s and length. 0 where no scatter weights are kept.
+    #[inline]
+    pub fn scattered(&self, lights: &Lights, point: u32, p: Vec3, g: f32) -> f32 {
+        let at = |scatter: &ScatterWeights| scatter.at(&self.hierarchy, lights, &self.table, point, p, g);
+        self.scatter.as_ref().map_or(0.0, at)
+    }
+
+    /// The beams that [`CachePoints::scattered`] leaves out.
+    #[inline]
+    pub fn beams(&self) -> &[LightId] {
+        self.scatter.as_ref().map_or(&[], ScatterWeights::beams)
+    }
+
+    /// The share of the light of `light` that is expected to arrive at `point`.
+    #[inline]
+    pub fn arrives(&self, lights: &Lights, point: u32, light: LightId) -> f32 {
+        let entries = table::range(&self.table.offsets, point);
+        let entry = self.hierarchy.place(lights, light).and_then(|place| self.table.list(point).find(place));
+        entry.map_or(1.0, |k| self.table.visibility[entries][k].powi(2))
     }
 
     /// Whether lists are made anew: where they leave no light out, and W tells how often a light arrives.

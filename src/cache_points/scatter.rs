@@ -8,7 +8,8 @@
 //!
 //! with y random inside the point's radius, ω' towards a random position on the light and ω towards the camera. **Ours:** μ_s is left out, because
 //! it is known where B is used; and since a whole ray needs B at many places, only the sum over the lights, each with what was learned of its
-//! visibility, is kept ready: one number a point for each phase function.
+//! visibility, is kept ready: one number a point for each phase function. Left out of it are the point's strongest lights, which are evaluated
+//! where B is asked for (a fire is many times brighter at one end of a cell than at the other), and narrow beams, which are looked for along the ray.
 
 use std::f32::consts::PI;
 
@@ -18,8 +19,9 @@ use rayon::prelude::*;
 
 use super::gather::Site;
 use super::hierarchy::{Cluster, Hierarchy};
+use super::seed::beams;
 use super::table::{Table, range};
-use crate::light::{LightRef, Lights};
+use crate::light::{LightId, LightRef, Lights, Receiver};
 use crate::math::phase::HenyeyGreenstein;
 use crate::math::sampler::{Stream, mix};
 use crate::math::warp::uniform_sphere;
@@ -42,28 +44,63 @@ pub struct ScatterWeights {
     phases: Phases,
     /// For each phase function, in the order of [`Table`]'s entries: the mean of ρ over the light, relative to isotropic scattering.
     lobes: Vec<Vec<f32>>,
-    /// For each phase function: B of each point.
+    /// For each phase function: B of each point, without its strong lights and beams.
     sums: Vec<Vec<f32>>,
+    /// The entries of each point that are strong lights; [`NONE`] where there are fewer.
+    strong: Vec<[u16; STRONG]>,
+    /// Narrow beams.
+    beams: Vec<LightId>,
 }
+
+/// Strong lights of a point at most.
+const STRONG: usize = 2;
+/// No entry.
+const NONE: u16 = u16::MAX;
+/// A light of at least this share of a point's B is strong.
+const STRONG_SHARE: f32 = 0.1;
+/// If it is no farther than this many radii of the point: from farther away it is the same all around.
+const STRONG_RADII: f32 = 16.0;
+/// With more beams than this, points alone say where they are.
+const MOST_BEAMS: usize = 256;
 
 impl ScatterWeights {
     /// For these mean cosines; nothing is weighed yet.
-    pub fn new(phases: Phases) -> Self {
-        Self { phases, lobes: vec![], sums: vec![] }
+    pub fn new(lights: &Lights, phases: Phases) -> Self {
+        let mut beams: Vec<LightId> = beams(lights).map(|(id, _)| id).take(MOST_BEAMS + 1).collect();
+        if beams.len() > MOST_BEAMS {
+            beams.clear();
+        }
+        Self { phases, lobes: vec![], sums: vec![], strong: vec![], beams }
+    }
+
+    /// The beams that are left out of [`ScatterWeights::at`].
+    #[inline]
+    pub fn beams(&self) -> &[LightId] {
+        &self.beams
     }
 
     /// The number of the phase function that stands for the mean cosine `g`.
     #[inline]
-    pub fn phase(&self, g: f32) -> usize {
+    fn phase(&self, g: f32) -> usize {
         let nearest = |a: &usize, b: &usize| (self.phases[*a] - g).abs().total_cmp(&(self.phases[*b] - g).abs());
         if self.phases.len() == 1 { 0 } else { (0..self.phases.len()).min_by(nearest).unwrap_or(0) }
     }
 
-    /// B of `point` for the phase function of that number: luminance of the radiance that is scattered towards the camera per unit of μ_s and
-    /// length.
+    /// B at `p`, to which `point` is the nearest, for the mean cosine `g`: luminance of the radiance that is scattered towards the camera per unit
+    /// of μ_s and length.
     #[inline]
-    pub fn of(&self, point: u32, phase: usize) -> f32 {
-        self.sums[phase][point as usize]
+    pub fn at(&self, hierarchy: &Hierarchy, lights: &Lights, table: &Table, point: u32, p: Vec3, g: f32) -> f32 {
+        let phase = self.phase(g);
+        let mut sum = self.sums[phase][point as usize];
+        let entries = range(&table.offsets, point);
+        for &k in self.strong[point as usize].iter().filter(|&&k| k != NONE) {
+            let entry = entries.start + usize::from(k);
+            let cluster = table.list(point).get(usize::from(k));
+            let w = table.visibility[entry];
+            let lobe = self.lobes[phase].get(entry).copied().unwrap_or(1.0);
+            sum += hierarchy.energy(lights, &cluster, &Receiver::medium(p)) * w * w * lobe * (1.0 / (4.0 * PI));
+        }
+        sum.min(f32::MAX)
     }
 
     /// The lists were made anew: visits all lights again.
@@ -87,27 +124,48 @@ impl ScatterWeights {
 
     /// Takes over what was learned of the lights' visibility: with W = √R, W² is the share of them that arrives. (W itself, which is best where
     /// one technique has to find all light, gave 6 % less in the scene `godrays`: null tracking looks after what is expected too rarely.)
-    pub fn update(&mut self, table: &Table) {
-        let points = table.offsets.len() as u32 - 1;
-        let of_phase = |lobes: &Vec<f32>| -> Vec<f32> {
-            let sum = |point: u32| {
-                let entries = range(&table.offsets, point);
-                let (fluence, _) = table.energies(point);
-                let seen = fluence.iter().zip(&table.visibility[entries.clone()]).map(|(fluence, w)| fluence * w * w);
-                let sum: f64 = match lobes.get(entries) {
-                    Some(lobes) => seen.zip(lobes).map(|(seen, lobe)| f64::from(seen * lobe)).sum(),
-                    None => seen.map(f64::from).sum(),
+    pub fn update(&mut self, hierarchy: &Hierarchy, lights: &Lights, table: &Table, places: &[Site]) {
+        let of_point = |point: usize| {
+            let entries = range(&table.offsets, point as u32);
+            let (fluence, _) = table.energies(point as u32);
+            let mut seen: Vec<f32> =
+                fluence.iter().zip(&table.visibility[entries.clone()]).map(|(fluence, w)| fluence * w * w).collect();
+            let list = table.list(point as u32);
+            if !self.beams.is_empty() {
+                let is_beam = |light| self.beams.binary_search(&light).is_ok();
+                let beams = list.iter().zip(&mut seen).filter(|(c, _)| hierarchy.light(c).is_some_and(is_beam));
+                beams.for_each(|(_, seen)| *seen = 0.0);
+            }
+            let least = STRONG_SHARE * seen.iter().sum::<f32>();
+            let mut strong = [NONE; STRONG];
+            for slot in &mut strong {
+                let strongest = (0..seen.len()).max_by(|&a, &b| seen[a].total_cmp(&seen[b]));
+                let Some(k) = strongest.filter(|&k| seen[k] > least) else { break };
+                let near =
+                    |(centre, _): (Vec3, f32)| centre.distance(places[point].p) < STRONG_RADII * places[point].radius;
+                if list.get(k).count > 1 || !hierarchy.ball(lights, &list.get(k)).is_some_and(near) {
+                    break;
+                }
+                (*slot, seen[k]) = (k as u16, 0.0);
+            }
+            let sum = |lobes: &Vec<f32>| {
+                let sum: f64 = match lobes.get(entries.clone()) {
+                    Some(lobes) => seen.iter().zip(lobes).map(|(seen, lobe)| f64::from(seen * lobe)).sum(),
+                    None => seen.iter().copied().map(f64::from).sum(),
                 };
                 ((sum / f64::from(4.0 * PI)) as f32).min(f32::MAX)
             };
-            (0..points).into_par_iter().map(sum).collect()
+            (strong, self.lobes.iter().map(sum).collect())
         };
-        self.sums = self.lobes.iter().map(of_phase).collect();
+        let points: Vec<([u16; STRONG], Phases)> = (0..places.len()).into_par_iter().map(of_point).collect();
+        self.strong = points.iter().map(|(strong, _)| *strong).collect();
+        self.sums = (0..self.phases.len()).map(|phase| points.iter().map(|(_, sums)| sums[phase]).collect()).collect();
     }
 
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
-        self.lobes.iter().chain(&self.sums).map(|list| size_of_val(&**list)).sum()
+        let lists: usize = self.lobes.iter().chain(&self.sums).map(|list| size_of_val(&**list)).sum();
+        lists + size_of_val(&*self.strong) + size_of_val(&*self.beams)
     }
 }
 

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use crate::light::{LightRef, Lights, Receiver};
+use crate::light::{LightId, LightRef, Lights, Receiver, SpotLight};
 use crate::math::sampler::{Stream, mix};
 
 /// Points scattered in boxes, at most.
@@ -67,13 +67,18 @@ pub fn scatter_in_boxes(boxes: &[(Vec3, Vec3)], count: usize, out: &mut Vec<Cand
     }
 }
 
+/// The narrow spots among the lights.
+pub fn beams(lights: &Lights) -> impl Iterator<Item = (LightId, &SpotLight)> + Clone {
+    lights.ids().filter_map(|id| match lights.get(id) {
+        LightRef::Spot(spot) if spot.cos_end > BEAM_COSINE && !spot.intensity.is_black() => Some((id, spot)),
+        _ => None,
+    })
+}
+
 /// Places along the axes of narrow beams, as far as `low` to `high` reaches: beams are seen only where something scatters in them, so
 /// scenes without media need none.
 pub fn along_beams(lights: &Lights, (low, high): (Vec3, Vec3), out: &mut Vec<Candidate>) {
-    let beams = lights.ids().filter_map(|id| match lights.get(id) {
-        LightRef::Spot(spot) if spot.cos_end > BEAM_COSINE && !spot.intensity.is_black() => Some(spot),
-        _ => None,
-    });
+    let beams = beams(lights).map(|(_, spot)| spot);
     let count = beams.clone().count();
     if count == 0 {
         return;
@@ -104,7 +109,6 @@ fn distance_inside(p: Vec3, direction: Vec3, low: Vec3, high: Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::SpotLight;
     use crate::math::Rgb;
 
     #[test]

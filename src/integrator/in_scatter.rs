@@ -19,6 +19,7 @@ use std::borrow::Cow;
 
 use glam::Vec3;
 
+use super::beam_knots::{BeamCrossing, cross_beams};
 use super::direct::{DirectLight, Vertex};
 use super::flight::{MediumVertex, PathState, PathWeight, pass};
 use super::light_choice::LightChoice;
@@ -26,7 +27,9 @@ use super::path::{PathSettings, Scratch};
 use super::world::World;
 use crate::cache_points::CachePoints;
 use crate::geometry::Ray;
+use crate::light::Receiver;
 use crate::math::Rgb;
+use crate::math::phase::HenyeyGreenstein;
 use crate::math::piecewise::PiecewiseLinear;
 use crate::math::sampler::{Dimension, SamplePoint};
 use crate::medium::regions::Regions;
@@ -53,7 +56,7 @@ const FIRST_INDEX: u32 = 1 << 24;
 /// The density along the rays of a pixel, and what it brings. One per thread, reused.
 #[derive(Debug, Default)]
 pub struct InScatter {
-    density: PiecewiseLinear,
+    knots: Knots,
     /// How far the ray that it was made for went.
     reach: f32,
     /// And where to.
@@ -72,11 +75,21 @@ pub struct InScatter {
     pub seeds: Vec<Vec3>,
 }
 
+/// The density, and what it is made from.
+#[derive(Debug, Default)]
+struct Knots {
+    density: PiecewiseLinear,
+    /// The beams that the ray crosses.
+    beams: Vec<BeamCrossing>,
+    /// Where knots must be because of them.
+    wanted: Vec<f32>,
+}
+
 impl InScatter {
     /// Forgets the knots: the next ray is another one.
     pub fn forget(&mut self) {
         self.reach = 0.0;
-        self.density.clear();
+        self.knots.density.clear();
     }
 
     /// A new pixel begins, each of whose paths draws `count` points: a whole number, or a probability. Its rays may share knots with the pixel
@@ -94,7 +107,7 @@ impl InScatter {
     /// The pdf with which a point at `t` of a camera ray that ends at `t_max` is drawn, times the number of points that are.
     #[inline]
     pub fn expected(&self, t: f32, t_max: f32) -> f32 {
-        self.count * self.density.pdf(t, t_max)
+        self.count * self.knots.density.pdf(t, t_max)
     }
 }
 
@@ -122,7 +135,7 @@ pub fn gather(
     let mut gathered = Rgb::BLACK;
     for draw in 0..draws {
         let u = (f64::from(u) + f64::from(draw)) / f64::from(draws);
-        let Some((t, pdf)) = scratch.in_scatter.density.sample(u, ray.t_max) else { break };
+        let Some((t, pdf)) = scratch.in_scatter.knots.density.sample(u, ray.t_max) else { break };
         let index = FIRST_INDEX + draw;
         let mut stream = random.stream(index, Dimension::Flight);
         let mut regions = Cow::Borrowed(&path.regions);
@@ -242,12 +255,14 @@ fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &Regions, scr
     if layouts >= MOST_LAYOUTS || is_same && ray.t_max <= 1.02 * reach {
         return;
     }
-    let mut density = std::mem::take(&mut scratch.in_scatter.density);
-    density.clear();
+    let mut knots = std::mem::take(&mut scratch.in_scatter.knots);
+    knots.density.clear();
     let (low, high) = world.extent;
     let t_end = ray.t_max.min(leaves(ray, low, high));
-    let mut layout = Layout { world, cache, ray, density: &mut density, depth: Rgb::BLACK, lookups: 0 };
-    each_stretch(world, &Ray { t_max: t_end, ..*ray }, &mut regions.clone(), scratch, |stretch, media| {
+    let inside = Ray { t_max: t_end, ..*ray };
+    cross_beams(&world.lights, cache.beams(), &inside, &mut knots.beams, &mut knots.wanted);
+    let mut layout = Layout { world, cache, ray, knots: &mut knots, depth: Rgb::BLACK, lookups: 0 };
+    each_stretch(world, &inside, &mut regions.clone(), scratch, |stretch, media| {
         if !media.is_empty() {
             layout.add(stretch, t_end, media);
         }
@@ -256,7 +271,7 @@ fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &Regions, scr
     scratch.counters.cache_lookups += layout.lookups;
     scratch.counters.flight_steps += layout.lookups;
     let in_scatter = &mut scratch.in_scatter;
-    (in_scatter.density, in_scatter.reach, in_scatter.direction) = (density, ray.t_max, ray.direction);
+    (in_scatter.knots, in_scatter.reach, in_scatter.direction) = (knots, ray.t_max, ray.direction);
     in_scatter.layouts += 1;
 }
 
@@ -272,7 +287,7 @@ struct Layout<'a> {
     world: &'a World,
     cache: &'a CachePoints,
     ray: &'a Ray,
-    density: &'a mut PiecewiseLinear,
+    knots: &'a mut Knots,
     /// Optical depth so far.
     depth: Rgb,
     lookups: u64,
@@ -293,33 +308,35 @@ impl Layout<'_> {
         let (least, most) = (t_end / MOST_KNOTS, t_end / FEWEST_KNOTS);
         let mut t = t_start;
         let mut last: Option<(f32, Rgb)> = None;
-        self.density.push(t_start, 0.0);
+        self.knots.density.push(t_start, 0.0);
         loop {
             let place = self.at(t, media, last);
-            self.density.push(t, place.value);
+            self.knots.density.push(t, place.value);
             if t >= t_stop || self.depth.min_channel() > DEEPEST {
                 break;
             }
             last = Some((t, place.extinction));
             let next = t + place.step.clamp(least, most);
-            t = if next + 0.5 * least < t_stop { next } else { t_stop };
+            let wanted = &self.knots.wanted;
+            let next = wanted.get(wanted.partition_point(|&w| w <= t)).map_or(next, |&wanted| next.min(wanted));
+            t = if next + 1e-3 * least < t_stop { next } else { t_stop };
         }
-        self.density.push(t, 0.0);
+        self.knots.density.push(t, 0.0);
     }
 
     fn at(&mut self, t: f32, media: &[MediumId], last: Option<(f32, Rgb)>) -> Place {
         let p = self.ray.origin + self.ray.direction * t;
         self.lookups += 1;
-        let Some((weights, point, radius)) = self.cache.scattering(p) else {
-            return Place { extinction: Rgb::BLACK, value: 0.0, step: f32::INFINITY };
-        };
+        let (point, radius) = self.cache.nearest(p);
         let (mut extinction, mut scattered) = (Rgb::BLACK, Rgb::BLACK);
         for &id in media {
             let medium = self.world.medium(id);
             let MediumPoint { absorption, scattering, .. } = medium.point(p);
             extinction += absorption + scattering;
             if !scattering.is_black() {
-                scattered += scattering * weights.of(point, weights.phase(medium.g()));
+                let g = medium.g();
+                let value = self.cache.scattered(&self.world.lights, point, p, g) + self.of_beams(t, point, p, g);
+                scattered += scattering * value;
             }
         }
         if let Some((before, of_before)) = last {
@@ -329,5 +346,18 @@ impl Layout<'_> {
         let value = if value > 0.0 { value.min(f32::MAX) } else { 0.0 };
         let free = KNOT_DEPTH / extinction.max_channel();
         Place { extinction, value, step: (KNOT_RADII * radius).min(free) }
+    }
+
+    /// What the beams that are crossed at `t` bring to `p`.
+    fn of_beams(&self, t: f32, point: u32, p: Vec3, g: f32) -> f32 {
+        let lights = &self.world.lights;
+        let here = self.knots.beams.iter().filter(|beam| beam.t[0] <= t && t <= beam.t[1]);
+        let value = |beam: &BeamCrossing| {
+            let wi = lights.centre(beam.light).map_or(Vec3::Z, |centre| (centre - p).normalize_or(Vec3::Z));
+            let fluence = lights.contribution(beam.light, &Receiver::medium(p));
+            let phase = HenyeyGreenstein::new(g).evaluate(-self.ray.direction, wi);
+            fluence * phase * self.cache.arrives(lights, point, beam.light)
+        };
+        here.map(value).sum()
     }
 }
