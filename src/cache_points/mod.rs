@@ -39,7 +39,7 @@ use crate::light::{LightId, Lights, Receiver};
 use blur::BlurWeights;
 use gather::{Gathering, Site, all_by_lists, by_hierarchy, sensors};
 use hierarchy::{Cluster, Hierarchy};
-use learn::VisibilityRule;
+use learn::{Lesson, VisibilityRule};
 use lookup::NearestPoint;
 use merge::{MergeSettings, SIGNATURE, Share, Signature, merge_similar};
 use neighbours::NeighbourSearch;
@@ -188,9 +188,9 @@ impl CachePoints {
 
     /// Takes over what was learned since the last call: from now on lights are selected by it.
     pub fn learn(&mut self, lights: &Lights) {
-        self.update();
+        let lesson = self.update();
         self.iterations += 1;
-        if self.refines() && refine::AFTER.contains(&self.iterations) {
+        if self.refines() && lesson == Lesson::Clear && self.iterations == refine::AFTER {
             let places: Vec<Site> = places(&self.positions, &self.radii).collect();
             let most = most_entries(places.len(), &self.settings);
             self.table = refine::refined(&self.hierarchy, lights, &self.table, &places, most);
@@ -274,8 +274,8 @@ impl CachePoints {
         refine && is_root && gathering == Gathering::Hierarchy
     }
 
-    fn update(&mut self) {
-        learn::update(self.settings.visibility, &self.hierarchy, &self.blur, &mut self.table);
+    fn update(&mut self) -> Lesson {
+        learn::update(self.settings.visibility, &self.hierarchy, &self.blur, &mut self.table)
     }
 
     /// Whether rendering changes anything.

@@ -60,6 +60,12 @@ impl Counter {
         }
     }
 
+    /// Whether there was any attempt.
+    #[inline]
+    pub fn is_tried(&self) -> bool {
+        self.attempts.load(Ordering::Relaxed) > 0
+    }
+
     /// Attempts and successes so far.
     pub fn get(&self) -> [f32; 2] {
         [&self.attempts, &self.successes].map(|n| n.load(Ordering::Relaxed) as f32 * (1.0 / TRY as f32))
@@ -144,6 +150,14 @@ impl List<'_> {
     /// The number of the first entry that begins at `place` or after it.
     pub fn from_place(&self, place: u32) -> usize {
         self.entries.partition_point(|entry| entry.first < place)
+    }
+
+    /// The numbers of the entries that have places in `cluster`, where it holds them or one of them holds it.
+    #[inline]
+    pub fn overlapping(&self, cluster: &Cluster) -> Range<usize> {
+        let start = self.from_place(cluster.first);
+        let before = start.checked_sub(1).filter(|&k| self.get(k).end() > cluster.first);
+        before.unwrap_or(start)..self.from_place(cluster.end())
     }
 
     /// The number of the entry that holds `place`.
