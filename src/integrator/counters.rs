@@ -33,10 +33,11 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// All of it in one number, in about the time that a step through a medium takes: what things cost beside each other, not in seconds.
+    /// All of it in one number: about what it takes, in units of some 50 ns. Fitted to the renders of six scenes with media, within 5 % of their
+    /// processor time each.
     pub fn work(&self) -> u64 {
-        let rays = 12 * self.closest_rays + 8 * self.shadow_rays + 6 * self.boundary_rays;
-        let vertices = 8 * self.surface_vertices + 6 * self.medium_vertices + 2 * self.cache_lookups;
-        rays + vertices + self.flight_steps + self.transmittance_steps
+        let rays = 10 * self.closest_rays + 11 * self.shadow_rays + 6 * self.boundary_rays;
+        let vertices = 2 * (self.surface_vertices + self.medium_vertices + self.cache_lookups);
+        rays + vertices + 4 * self.flight_steps + 6 * self.transmittance_steps
     }
 }

@@ -45,6 +45,15 @@ impl PathWeight {
         self.throughput / self.unidirectional.mean()
     }
 
+    /// At a vertex where lights are sampled that several techniques may have found: the square of what `found` there would be by null tracking alone,
+    /// times its probability of being there over that of all techniques.
+    #[inline]
+    pub fn null_square(&self, found: Rgb) -> f64 {
+        let found = f64::from(found.luminance());
+        let null = f64::from(self.unidirectional.mean());
+        if found > 0.0 && null > 0.0 { found * found * f64::from(self.light.mean()) / null } else { 0.0 }
+    }
+
     /// Throughput over the sum of the mean pdfs of both techniques (balance heuristic), `light_pdf` being that of sampling the light.
     #[inline]
     pub fn with_light(&self, light_pdf: f32) -> Rgb {

@@ -65,12 +65,16 @@ pub struct InScatter {
     layouts: u32,
     /// Points that each camera path draws: a whole number, or a probability.
     count: f32,
-    /// What the current path would have brought without in-scatter sampling, less what it brought.
-    pub without: Rgb,
+    /// What the current path has found of the light that is scattered once, by points drawn and by its own vertex.
+    pub scattered: Rgb,
+    /// An estimate of the square of what null tracking alone would have found in its place, from the same vertices: those of either technique count
+    /// v² p / p_null, v being what they bring, p the pdf of both techniques together. So what null tracking finds once in a thousand
+    /// paths does not come as a surprise.
+    pub null_square: f64,
     /// What the points drawn on the current path's camera ray brought.
     pub drawn: Rgb,
-    /// What they took, of all paths so far.
-    pub work: u64,
+    /// What they took, of all paths so far, and what laying out knots for them took.
+    pub work: [u64; 2],
     /// Places on the camera rays of pilot paths.
     pub seeds: Vec<Vec3>,
 }
@@ -124,15 +128,17 @@ pub fn gather(
         seed(world, ray, &path.regions, random, scratch);
         return Rgb::BLACK;
     }
-    let before = scratch.counters.work();
     let Some(cache) = world.light_choice.cache_points() else { return Rgb::BLACK };
+    let before = scratch.counters.work();
     lay_out(world, cache, ray, &path.regions, scratch);
+    scratch.in_scatter.work[1] += scratch.counters.work() - before;
+    let before = scratch.counters.work();
     let count = scratch.in_scatter.count;
     let [u, u_count, u_medium] = random.draw::<3>(FIRST_INDEX, Dimension::InScatter);
     let draws = if count < 1.0 { u32::from(u_count < count) } else { count as u32 };
     let mut to_point =
         PathState { weight: PathWeight::START, regions: Regions::default(), hero: path.hero, links: None };
-    let mut gathered = Rgb::BLACK;
+    let (mut gathered, mut null_square) = (Rgb::BLACK, 0.0);
     for draw in 0..draws {
         let u = (f64::from(u) + f64::from(draw)) / f64::from(draws);
         let Some((t, pdf)) = scratch.in_scatter.knots.density.sample(u, ray.t_max) else { break };
@@ -161,13 +167,15 @@ pub fn gather(
         let vertex = Vertex::Medium(&vertex);
         let direct =
             DirectLight { world, settings, vertex, wo, time: ray.time, path: &to_point, depth: 1, random, index };
-        gathered += direct.gather::<true>(scratch);
+        let found = direct.gather::<true>(scratch);
+        gathered += found;
+        null_square += to_point.weight.null_square(found);
     }
     // The path begins without a cache point in use.
     world.light_choice.begin_path(&mut scratch.lights);
     let in_scatter = &mut scratch.in_scatter;
-    (in_scatter.drawn, in_scatter.without) = (gathered, Rgb::BLACK - gathered);
-    in_scatter.work += scratch.counters.work() - before;
+    (in_scatter.drawn, in_scatter.scattered, in_scatter.null_square) = (gathered, gathered, null_square);
+    in_scatter.work[0] += scratch.counters.work() - before;
     gathered
 }
 
@@ -267,9 +275,7 @@ fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &Regions, scr
             layout.add(stretch, t_end, media);
         }
     });
-    // A knot is a look-up and a step.
     scratch.counters.cache_lookups += layout.lookups;
-    scratch.counters.flight_steps += layout.lookups;
     let in_scatter = &mut scratch.in_scatter;
     (in_scatter.knots, in_scatter.reach, in_scatter.direction) = (knots, ray.t_max, ray.direction);
     in_scatter.layouts += 1;

@@ -162,9 +162,9 @@ pub fn trace_path<const MEDIA: bool>(
                 } else {
                     let gathered = direct.gather::<MEDIA>(scratch);
                     layers.add(gathered, depth, false);
-                    if is_drawn {
-                        let more = path.weight.light.mean() / path.weight.unidirectional.mean() - 1.0;
-                        scratch.in_scatter.without += gathered * more;
+                    if is_mixed {
+                        scratch.in_scatter.scattered += gathered;
+                        scratch.in_scatter.null_square += path.weight.null_square(gathered);
                     }
                 }
 

@@ -22,6 +22,9 @@ const COUNTS: [f32; 4] = [0.0, 1.0, 2.0, 4.0];
 /// What one more point must gain to be drawn, and what none must gain for tiles to stop drawing.
 const WORTHWHILE: f64 = 0.95;
 
+/// Knots are laid out once a pass, and later passes have more samples: the share of that work that counts.
+const KNOTS_LATER: f64 = 0.25;
+
 /// Evidence of one tile from one pass.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Evidence {
@@ -43,11 +46,21 @@ impl Evidence {
         self.work = [self.work[0] + other.work[0], self.work[1] + other.work[1]];
     }
 
+    /// The same in parts of this tile's own variance, so that a tile full of noise that points do not touch does not speak for those around it.
+    fn relative(&self) -> Self {
+        let scale = 1.0 / (self.with + self.without.max(0.0));
+        if !scale.is_finite() {
+            return Self { work: self.work, ..Self::default() };
+        }
+        let Self { with, without, drawn, work } = *self;
+        Self { with: with * scale, without: without * scale, drawn: drawn * scale, work }
+    }
+
     /// How many points a path should draw where it drew `count` of them: the number with the least variance times work.
     fn best(&self, count: f32) -> f32 {
         let rest = self.work[0] - self.work[1];
         let others = (self.with - self.drawn).max(0.0);
-        let none = self.without * rest;
+        let none = self.without.max(0.0) * rest;
         let expected = |n: f32| {
             let ratio = f64::from(n / count);
             // Of more points than were tried, only their own variance is known to fall.
@@ -129,7 +142,7 @@ impl Mixing {
                 for column in near(number % self.columns, self.columns) {
                     let other = &before[row * self.columns + column];
                     if other.count == tile.count {
-                        evidence.add(&other.evidence);
+                        evidence.add(&other.evidence.relative());
                     }
                 }
             }
@@ -139,30 +152,41 @@ impl Mixing {
     }
 }
 
-/// The samples of one pixel: what they brought, what they would have brought without points drawn, what those brought.
+/// The samples of one pixel.
 #[derive(Default)]
-pub struct PixelEvidence(Moments);
+pub struct PixelEvidence {
+    /// What they brought, and what of it points that were drawn did.
+    brought: Moments,
+    /// By how much the square of what they brought would be larger without points drawn.
+    more: f64,
+}
 
 impl PixelEvidence {
     /// Adds a sample that brought `beauty`.
     #[inline]
     pub fn add(&mut self, beauty: Rgb, scratch: &Scratch) {
-        let InScatter { without, drawn, .. } = &scratch.in_scatter;
-        self.0.add(Vec3::new(beauty.luminance(), (beauty + *without).luminance(), drawn.luminance()).as_dvec3());
+        let InScatter { scattered, null_square, drawn, .. } = &scratch.in_scatter;
+        self.brought.add(Vec3::new(beauty.luminance(), drawn.luminance(), 0.0).as_dvec3());
+        self.more += null_square - f64::from(scattered.luminance()).powi(2);
     }
 
     /// Adds the pixel to its tile.
     pub fn add_to(&self, tile: &mut TileMix) {
-        if self.0.count > 1 && self.0.squares.is_finite() {
-            let [with, without, drawn] = (self.0.squares / (self.0.count - 1) as f64).to_array();
+        let count = self.brought.count;
+        if count > 1 && self.brought.squares.is_finite() && self.more.is_finite() {
+            let [with, drawn, _] = (self.brought.squares / (count - 1) as f64).to_array();
+            // The mean is the same with and without: variances differ as squares do.
+            let without = with + self.more / count as f64;
             tile.evidence.add(&Evidence { with, without, drawn, work: [0.0; 2] });
         }
     }
 }
 
 impl TileMix {
-    /// Adds what a tile's samples took: work for all of it, and for the points.
-    pub fn add_work(&mut self, work: [u64; 2]) {
-        self.evidence.add(&Evidence { work: work.map(|n| n as f64), ..Evidence::default() });
+    /// Adds what a tile's samples took: work for all of it, for the points, and for laying out knots.
+    pub fn add_work(&mut self, all: u64, [points, knots]: [u64; 2]) {
+        let [all, points, knots] = [all, points, knots].map(|n| n as f64);
+        let later = KNOTS_LATER * knots;
+        self.evidence.add(&Evidence { work: [all - knots + later, points + later], ..Evidence::default() });
     }
 }

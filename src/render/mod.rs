@@ -320,7 +320,7 @@ impl Pass<'_> {
                     };
                     tile.merge(pixel, &samples);
                 }
-                mix.add_work([scratch.counters.work(), scratch.in_scatter.work]);
+                mix.add_work(scratch.counters.work(), scratch.in_scatter.work);
                 self.tracking.tile_ended(bounds.area() as u64 * self.samples.len() as u64);
                 scratch.counters
             })
