@@ -14,7 +14,7 @@ use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::{Film, FilmOverrides};
 use lanternfish::geometry::Backend;
 use lanternfish::render::{
-    Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, VolumeLights, load,
+    Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, VolumeLights, VolumeSampling, load,
 };
 use lanternfish::scene::{Sources, Warnings};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -34,6 +34,8 @@ pub struct Options {
     pub light_candidates: Option<u32>,
     /// Whether media are lights.
     pub volume_lights: VolumeLights,
+    /// How scattering points are sampled along camera rays.
+    pub volume_sampling: VolumeSampling,
     /// Bounces in place of the scene's.
     pub max_depth: Option<u32>,
     pub threads: usize,
@@ -52,6 +54,7 @@ impl Default for Options {
             cache: CacheSettings::default(),
             light_candidates: None,
             volume_lights: VolumeLights::Auto,
+            volume_sampling: VolumeSampling::Auto,
             max_depth: None,
             threads: 2,
             film: FilmOverrides::default(),
@@ -79,6 +82,7 @@ pub fn prepare_file(path: &Path, options: &Options, warnings: &mut Warnings) -> 
         cache: options.cache,
         light_candidates: options.light_candidates,
         volume_lights: options.volume_lights,
+        volume_sampling: options.volume_sampling,
         max_depth: options.max_depth,
         film: options.film,
         ..RenderSettings::default()
