@@ -9,7 +9,7 @@ use lanternfish::cache_points::CacheSettings;
 use lanternfish::cache_points::gather::Gathering;
 use lanternfish::cache_points::learn::VisibilityRule;
 use lanternfish::film::{ChannelImage, FilmOverrides};
-use lanternfish::render::LightSelection;
+use lanternfish::render::{LightSelection, VolumeSampling};
 
 /// Everything whose randomness could depend on the order of work: media, opacity, motion, textures, many lights.
 fn scene(texture: &Path) -> String {
@@ -108,6 +108,12 @@ fn threads_do_not_change_a_bit_of_what_is_chosen_or_learned() {
     };
     let ways = [
         ("tree", Options { lights: LightSelection::Tree, ..base.clone() }),
+        // Beside a selector, and given up or not by what the first passes show.
+        (
+            "in-scatter",
+            Options { lights: LightSelection::Optimal, volume_sampling: VolumeSampling::Both, ..base.clone() },
+        ),
+        ("auto", base.clone()),
         ("clusters", points(Gathering::Hierarchy, VisibilityRule::Clusters)),
         (
             "lists, resampled",
@@ -125,7 +131,9 @@ fn threads_do_not_change_a_bit_of_what_is_chosen_or_learned() {
     });
     // Each chooses in its own way, and learning is not idle.
     let idle = render_with(&crowd, &points(Gathering::Hierarchy, VisibilityRule::Off));
-    for (a, b) in [(&images[0], &images[1]), (&images[1], &images[2]), (&images[1], &idle)] {
+    for (a, b) in
+        [(0, 1), (1, 2), (2, 3), (3, 4)].map(|(a, b)| (&images[a], &images[b])).into_iter().chain([(&images[3], &idle)])
+    {
         assert!(a.channel("R") != b.channel("R"));
     }
 }
@@ -147,10 +155,12 @@ fn seeds_make_different_images() {
 
 #[test]
 fn crops_are_cut_from_the_same_image() {
-    let whole = render(&Options { spp: 8, ..Options::default() });
+    // What cache points learn, and where in-scatter sampling pays, depends on what is seen.
+    let base = Options { spp: 8, volume_sampling: VolumeSampling::Null, ..Options::default() };
+    let whole = render(&base);
     // Not along the borders of tiles.
     let film = FilmOverrides { crop: Some([0.25, 0.7, 0.175, 0.9]), ..FilmOverrides::default() };
-    let part = render(&Options { spp: 8, film, ..Options::default() });
+    let part = render(&Options { film, ..base });
     assert!(part.bounds.area() < whole.bounds.area() / 2);
     for ((name, a), (_, b)) in whole.channels.iter().zip(&part.channels) {
         for pixel in part.bounds.pixels() {

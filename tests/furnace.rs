@@ -203,7 +203,7 @@ fn filled(medium: &str, shape: &str) -> String {
 
 #[test]
 fn a_sphere_of_white_medium_is_invisible_at_any_density() {
-    for (density, spp) in [(1e-6, 4), (1e-2, 16), (0.3, 64), (3.0, 640), (30.0, 640)] {
+    for (density, spp) in [(1e-6, 4), (1e-2, 16), (0.3, 160), (3.0, 640), (30.0, 640)] {
         let world = format!("{}{}", homogeneous(density, 0.0), filled("m", SPHERE));
         white(&format!("density {density}"), &shot(), &world, spp);
     }
@@ -260,7 +260,7 @@ fn grid(name: &str, scale: f64, [r, g, b]: [f64; 3]) -> String {
 
 #[test]
 fn white_grids_are_invisible() {
-    for (scale, spp) in [(0.1, 16), (3.0, 640)] {
+    for (scale, spp) in [(0.1, 32), (3.0, 640)] {
         let world = format!("Rotate 40 1 2 3\n{}{}", grid("m", scale, [1.0; 3]), filled("m", CUBE));
         white(&format!("grid × {scale}"), &shot(), &world, spp);
     }

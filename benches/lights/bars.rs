@@ -7,7 +7,7 @@ use super::lamp::LampResult;
 use super::many::ManyResult;
 use super::ratio::Ratio;
 use super::table::Table;
-use super::variants::{DEFAULTS, NO_VISIBILITY, OPTIMAL, TREE, UNIFORM, Variant};
+use super::variants::{AUTO, DEFAULTS, NO_VISIBILITY, NULL, NULL_WITHOUT_FIRES, OPTIMAL, TREE, UNIFORM, Variant};
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Bound {
@@ -86,6 +86,20 @@ fn goals() -> Vec<Goal> {
     add("memory: cache points over uniform", &all(1.1), AtMost, DEFAULTS, UNIFORM, |run| run.cost.peak_memory);
     let tree = [("pier", 1.0), ("foliage", 1.0), ("house", 2.0), ("rooms", 2.0)];
     add("TTUV: tree over cache points", &tree, AtLeast, TREE, DEFAULTS, Run::ttuv);
+    add(
+        "TTUV, best 99.9 %: null without volume lights over null",
+        &[("fire", 20.0), ("torch", 2.2)],
+        AtLeast,
+        NULL_WITHOUT_FIRES,
+        NULL,
+        Run::trimmed_ttuv,
+    );
+    let in_scatter =
+        [("beams", 5.0), ("godrays", 5.0), ("torch", 1.8), ("fire", 0.95), ("cloud", 0.97), ("explosion", 0.95)];
+    add("TTUV, best 99.9 %: null over auto", &in_scatter, AtLeast, NULL, AUTO, Run::trimmed_ttuv);
+    add("CPU s: auto over null", &[("godrays", 1.25), ("cloud", 1.03)], AtMost, AUTO, NULL, |run| {
+        run.cost.rendering_seconds
+    });
     goals
 }
 

@@ -13,7 +13,7 @@ use super::reference::{About, Reference};
 use super::run::{Cost, Task, render, write_scene};
 use super::settings::Settings;
 use super::trim;
-use super::variants::{self, COLUMNS, DEFAULTS, OPTIMAL, Variant};
+use super::variants::{self, OPTIMAL, Variant};
 
 #[derive(Serialize)]
 pub struct SceneResult {
@@ -79,8 +79,9 @@ impl SceneResult {
 
 /// The variants that `settings` ask for, each once.
 fn wanted(scene: &str, settings: &Settings) -> Vec<Variant> {
-    let columns = if settings.columns { COLUMNS.to_vec() } else { vec![DEFAULTS] };
-    let ablations = if settings.ablations { variants::ablations(scene) } else { vec![] };
+    let sampling = settings.sampling;
+    let columns = if settings.columns { variants::columns(sampling) } else { vec![variants::defaults(sampling)] };
+    let ablations = if settings.ablations { variants::ablations(scene, sampling) } else { vec![] };
     let is_wanted = |variant: &Variant| !settings.without.iter().any(|name| name == variant.name);
     columns.into_iter().chain(ablations).filter(is_wanted).collect()
 }

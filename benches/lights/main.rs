@@ -2,13 +2,14 @@
 //! Volumetric Scattering", section 5) for the project's own scenes, and what each part of it is worth.
 //!
 //!     cargo bench --bench lights -- [--scenes a,b|none] [--lights-of scene=N,…] [--size WxH] [--spp N] [--seeds N] [--first-seed N]
-//!                                   [--reference-spp N] [--optimal-spp N] [--without "a,b"] [--no-columns] [--no-ablations]
+//!                                   [--reference-spp N] [--optimal-spp N] [--without "a,b"] [--no-columns] [--no-ablations] [--sampling]
 //!                                   [--repetitions N] [--many [--few-lights N] [--many-lights N]]
 //!
 //! Every render is a process of its own. TTUV ("time to unit variance") is RMSE² × minutes; its minutes are processor time, which hardly notices
 //! who else uses the machine, of the whole process. Intervals are 95 % confidence intervals over independent seeds, ratios are
 //! paired by seed. `--many` compares 5,000 lights with 5,000,000. `--optimal-spp` lets the slow `optimal` take fewer samples and scales what it
-//! measures, as with more than 100,000 lights it does by itself (a quarter of the samples); `--without` leaves out what it names. Writes `target/bench-lights.json`, and `.html` beside it with the same tables and plots.
+//! measures, as with more than 100,000 lights it does by itself (a quarter of the samples); `--without` leaves out what it names. `--sampling` compares ways of sampling scattering points
+//! instead (Li et al. 2024, section 4.2), on scenes with media. Writes `target/bench-lights.json`, and `.html` beside it with the same tables and plots.
 
 mod bars;
 #[path = "../common/mod.rs"]

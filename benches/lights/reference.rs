@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::error::{Errors, Picture};
 use super::run::{Task, fail, render};
 use super::settings::Settings;
-use super::variants::DEFAULTS;
+use super::variants::defaults;
 
 /// The seeds of the halves; a benchmark's own are smaller.
 const SEEDS: [u64; 2] = [1_000_000_007, 1_000_000_009];
@@ -37,7 +37,7 @@ impl Reference {
             let key = format!("{name}-{lights}-{}-{half}-{seed}-{content:016x}.exr", settings.size);
             let output = folder.join("references").join(key);
             if !output.is_file() {
-                let (arguments, size) = (DEFAULTS.arguments, settings.size.as_str());
+                let (arguments, size) = (defaults(settings.sampling).arguments, settings.size.as_str());
                 render(&Task { scene, arguments, size, spp: half, seed, output: &output });
             }
             Picture::read(&output)

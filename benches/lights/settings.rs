@@ -6,6 +6,10 @@ use super::common::{argument, flag, text_argument};
 const SCENES: [(&str, u64); 6] =
     [("pier", 200_000), ("foliage", 3_000), ("house", 4_406), ("rooms", 2_000), ("beams", 24), ("lamp", 1)];
 
+/// The scenes for comparing ways of sampling scattering points, with the numbers of lights that they have.
+const SCATTERING: [(&str, u64); 6] =
+    [("beams", 24), ("godrays", 2), ("torch", 1), ("fire", 1), ("cloud", 2), ("explosion", 3)];
+
 /// More lights than this are too many to ask each at every sample.
 const MANY: u64 = 100_000;
 
@@ -26,6 +30,8 @@ pub struct Settings {
     pub without: Vec<String>,
     pub columns: bool,
     pub ablations: bool,
+    /// Whether ways of sampling scattering points are compared instead of ways of selecting lights.
+    pub sampling: bool,
     /// Numbers of lights of the scene whose time per sample is compared.
     pub many: Option<[u64; 2]>,
 }
@@ -35,18 +41,20 @@ impl Settings {
         let list = |name: &str| -> Vec<String> {
             text_argument(name).map_or(vec![], |text| text.split(',').map(str::to_owned).collect())
         };
-        let mut scenes: Vec<(String, u64)> = SCENES.map(|(name, lights)| (name.to_owned(), lights)).to_vec();
+        let sampling = flag("sampling");
+        let all = if sampling { SCATTERING } else { SCENES };
+        let mut scenes: Vec<(String, u64)> = all.map(|(name, lights)| (name.to_owned(), lights)).to_vec();
         for pair in list("lights-of") {
             let wanted = pair.split_once('=').and_then(|(name, n)| Some((name, n.parse().ok()?)));
             match wanted.and_then(|(name, n)| Some((scenes.iter_mut().find(|(other, _)| other == name)?, n))) {
                 Some((scene, lights)) => scene.1 = lights,
-                None => refuse(&format!("--lights-of {pair}: SCENE=NUMBER, of the scenes {}", names())),
+                None => refuse(&format!("--lights-of {pair}: SCENE=NUMBER, of the scenes {}", names(all))),
             }
         }
         let only = list("scenes");
         let is_known = |name: &&String| *name == "none" || scenes.iter().any(|(other, _)| other == *name);
         if let Some(unknown) = only.iter().find(|name| !is_known(name)) {
-            refuse(&format!("--scenes {unknown}: some of {}, or none", names()));
+            refuse(&format!("--scenes {unknown}: some of {}, or none", names(all)));
         }
         scenes.retain(|(name, _)| only.is_empty() || only.contains(name));
         let spp = argument("spp", 16).max(1) as u32;
@@ -63,6 +71,7 @@ impl Settings {
             without: list("without"),
             columns: !flag("no-columns"),
             ablations: !flag("no-ablations"),
+            sampling,
             many: flag("many").then(|| [argument("few-lights", 5_000), argument("many-lights", 5_000_000)]),
         }
     }
@@ -79,8 +88,8 @@ impl Settings {
     }
 }
 
-fn names() -> String {
-    SCENES.map(|(name, _)| name).join(", ")
+fn names(scenes: [(&str, u64); 6]) -> String {
+    scenes.map(|(name, _)| name).join(", ")
 }
 
 fn refuse(message: &str) -> ! {

@@ -4,17 +4,19 @@ use super::compare::{Quantity, SceneResult, Way};
 use super::ratio::{short, show};
 use super::settings::Settings;
 use super::table::Table;
-use super::variants::{COLUMNS, DEFAULTS, OPTIMAL, UNIFORM};
+use super::variants::{OPTIMAL, UNIFORM, Variant, columns, defaults};
 
 const MEBIBYTE: f64 = (1u64 << 20) as f64;
 
 /// Costs and errors of the renders, then ratios; of the columns and of the ablations.
 pub fn tables(result: &SceneResult, settings: &Settings) -> Vec<Table> {
     let SceneResult { scene, lights, file, reference, .. } = result;
-    let is_column = |way: &&Way| COLUMNS.contains(&way.variant);
+    let base = defaults(settings.sampling);
+    let all = columns(settings.sampling);
+    let is_column = |way: &&Way| all.contains(&way.variant);
     let columns: Vec<&Way> = result.ways.iter().filter(is_column).collect();
-    let defaults = result.way(DEFAULTS);
-    let changed: Vec<&Way> = defaults.into_iter().chain(result.ways.iter().filter(|way| !is_column(way))).collect();
+    let changed: Vec<&Way> =
+        result.way(base).into_iter().chain(result.ways.iter().filter(|way| !is_column(way))).collect();
 
     let mut tables = vec![];
     if settings.columns {
@@ -32,11 +34,16 @@ pub fn tables(result: &SceneResult, settings: &Settings) -> Vec<Table> {
             format!("{}: measured at {} samples a pixel, scaled as if independent", way.variant.name, way.spp)
         }));
         tables.push(costs);
-        tables.push(ratios(format!("{scene}: how many times the defaults' figure"), &columns, result));
+        tables.push(ratios(format!("{scene}: how many times the defaults' figure"), &columns, result, base));
     }
-    if settings.ablations {
+    if settings.ablations && !settings.sampling {
         tables.push(costs_of_changes(format!("{scene}: defaults with one thing said"), &changed));
-        tables.push(ratios(format!("{scene}: one thing said, how many times the defaults' figure"), &changed, result));
+        tables.push(ratios(
+            format!("{scene}: one thing said, how many times the defaults' figure"),
+            &changed,
+            result,
+            base,
+        ));
     }
     tables
 }
@@ -80,7 +87,7 @@ fn blocked(way: &Way) -> String {
     format!("{:.0} → {:.0} %", of(<[f64]>::first), of(<[f64]>::last))
 }
 
-fn ratios(title: String, ways: &[&Way], result: &SceneResult) -> Table {
+fn ratios(title: String, ways: &[&Way], result: &SceneResult, base: Variant) -> Table {
     let quantities: [(&str, Quantity); 5] = [
         ("TTUV", super::compare::Run::ttuv),
         ("relative TTUV", super::compare::Run::relative_ttuv),
@@ -100,7 +107,7 @@ fn ratios(title: String, ways: &[&Way], result: &SceneResult) -> Table {
     };
     for way in ways {
         let mut row = vec![way.variant.name.to_owned()];
-        row.extend(quantities.iter().map(|(_, quantity)| over(way, result.way(DEFAULTS), *quantity)));
+        row.extend(quantities.iter().map(|(_, quantity)| over(way, result.way(base), *quantity)));
         row.push(over(way, result.way(OPTIMAL), |run| run.errors.rmse));
         row.push(result.way(UNIFORM).map_or("–".to_owned(), |uniform| {
             format!("{:+.1} %", 100.0 * (way.ratio(uniform, |run| run.cost.peak_memory).value - 1.0))

@@ -1,4 +1,5 @@
-//! What is compared: the ways of selecting lights (columns of the table), and the defaults with one thing changed (ablations).
+//! What is compared: the ways of selecting lights (columns of the table), and the defaults with one thing changed (ablations); or the ways of sampling
+//! scattering points.
 
 /// A name and what it is on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -33,7 +34,7 @@ pub const PAPER: Variant = variant(
     ],
 );
 
-pub const COLUMNS: [Variant; 7] = [
+const COLUMNS: [Variant; 7] = [
     UNIFORM,
     OPTIMAL,
     NO_VISIBILITY,
@@ -59,10 +60,40 @@ const ABLATIONS: [Variant; 12] = [
     variant("no refining", &["--lights", "cache-points", "--cache-no-refining"]),
 ];
 
+/// The defaults, where ways of sampling scattering points are compared.
+pub const AUTO: Variant = variant("auto", &[]);
+pub const NULL: Variant = variant("null", &["--volume-sampling", "null"]);
+
+const SAMPLING: [Variant; 6] = [
+    AUTO,
+    NULL,
+    variant("in-scatter", &["--volume-sampling", "in-scatter"]),
+    variant("both", &["--volume-sampling", "both"]),
+    variant("null, tree", &["--volume-sampling", "null", "--lights", "tree"]),
+    NULL_WITHOUT_FIRES,
+];
+
+/// Null tracking, where what media emit is found by chance.
+pub const NULL_WITHOUT_FIRES: Variant =
+    variant("null, no volume lights", &["--volume-sampling", "null", "--volume-lights", "off"]);
+
+/// What all others are compared with.
+pub const fn defaults(sampling: bool) -> Variant {
+    if sampling { AUTO } else { DEFAULTS }
+}
+
+/// The columns of the table.
+pub fn columns(sampling: bool) -> Vec<Variant> {
+    if sampling { SAMPLING.to_vec() } else { COLUMNS.to_vec() }
+}
+
 const BEAMS: Variant = variant("no beams", &["--lights", "cache-points", "--cache-no-beams"]);
 
 /// The ablations of a scene.
-pub fn ablations(scene: &str) -> Vec<Variant> {
+pub fn ablations(scene: &str, sampling: bool) -> Vec<Variant> {
+    if sampling {
+        return vec![];
+    }
     let beams = (scene == "beams").then_some(BEAMS);
     ABLATIONS.into_iter().chain(beams).collect()
 }
