@@ -210,3 +210,68 @@ fn lobe(
     }
     if count > 0 { 4.0 * PI * sum / count as f32 } else { 1.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::gather::by_hierarchy;
+    use super::super::table::pack;
+    use super::*;
+    use crate::cache_points::gather::sensors;
+    use crate::light::{DistantLight, PointLight, SpotLight};
+    use crate::math::Rgb;
+
+    /// One point far from its lights, with scatter weights for these mean cosines, and all that they stand on.
+    fn weights(lights: &Lights, place: Site, phases: &[f32], visibility: f32) -> (ScatterWeights, Hierarchy, Table) {
+        let hierarchy = Hierarchy::new(lights);
+        let gather = |_| (by_hierarchy(&hierarchy, lights, place, 64), vec![]);
+        let mut table = Table::gathered(1, Some(hierarchy.places()), gather);
+        table.energies = super::super::table::Energies::new(table.visibility.len());
+        table.visibility.fill(visibility);
+        let list: Vec<Cluster> = table.list(0).iter().collect();
+        for (fluence, shares) in table.energies.split(&table.offsets) {
+            list.iter()
+                .enumerate()
+                .for_each(|(k, c)| pack(&sensors(&hierarchy, lights, c, place.p), k, fluence, shares));
+        }
+        let mut weights = ScatterWeights::new(lights, phases.iter().copied().collect());
+        weights.visit(&hierarchy, lights, &table, &[place]);
+        weights.update(&hierarchy, lights, &table, &[place]);
+        (weights, hierarchy, table)
+    }
+
+    #[test]
+    fn they_are_what_is_scattered_towards_the_camera() {
+        let mut lights = Lights::default();
+        lights.add_point(PointLight { p: Vec3::new(40.0, 0.0, 5.0), intensity: Rgb::splat(300.0) });
+        lights.add_distant(DistantLight { wi: Vec3::Y, irradiance: Rgb::splat(2.0) });
+        let spot =
+            SpotLight { p: Vec3::ZERO, axis: Vec3::Z, intensity: Rgb::splat(1e6), cos_start: 0.9999, cos_end: 0.999 };
+        lights.add_spot(spot);
+        let place = Site { p: Vec3::new(0.0, 0.0, 5.0), radius: 0.01 };
+        let phases = [-0.5, 0.0, 0.9];
+        let (weights, hierarchy, table) = weights(&lights, place, &phases, 0.5);
+        assert_eq!(weights.beams().len(), 1);
+        for g in phases {
+            let phase = HenyeyGreenstein::new(g);
+            let (from_point, from_sun) = (300.0 / 1600.0, 2.0);
+            let wo = -Vec3::Z;
+            // W² of either; the beam is left out.
+            let expected = 0.25 * (from_point * phase.evaluate(wo, Vec3::X) + from_sun * phase.evaluate(wo, Vec3::Y));
+            let found = weights.at(&hierarchy, &lights, &table, 0, place.p, g);
+            assert!((found - expected).abs() < 0.02 * expected, "{g}: {found} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_strong_light_is_evaluated_where_it_is_asked_for() {
+        let mut lights = Lights::default();
+        lights.add_point(PointLight { p: Vec3::new(4.0, 0.0, 5.0), intensity: Rgb::splat(300.0) });
+        let place = Site { p: Vec3::new(0.0, 0.0, 5.0), radius: 1.0 };
+        let (weights, hierarchy, table) = weights(&lights, place, &[0.0], 1.0);
+        for x in [0.0f32, 2.0, 3.5] {
+            let found = weights.at(&hierarchy, &lights, &table, 0, Vec3::new(x, 0.0, 5.0), 0.0);
+            let expected = 300.0 / (4.0 - x).powi(2) / (4.0 * PI);
+            assert!((found - expected).abs() < 1e-3 * expected, "{x}: {found} {expected}");
+        }
+    }
+}

@@ -73,7 +73,7 @@ pub struct InScatter {
     pub null_square: f64,
     /// What the points drawn on the current path's camera ray brought.
     pub drawn: Rgb,
-    /// What they took, of all paths so far, and what laying out knots for them took.
+    /// What they took, of all paths of the pixel so far, and what laying out knots for them took.
     pub work: [u64; 2],
     /// Places on the camera rays of pilot paths.
     pub seeds: Vec<Vec3>,
@@ -99,7 +99,7 @@ impl InScatter {
     /// A new pixel begins, each of whose paths draws `count` points: a whole number, or a probability. Its rays may share knots with the pixel
     /// before.
     pub fn begin_pixel(&mut self, count: f32) {
-        (self.count, self.layouts) = (count, 0);
+        (self.count, self.layouts, self.work) = (count, 0, [0; 2]);
     }
 
     /// Whether the pixel's paths draw points.

@@ -4,6 +4,7 @@
 use arrayvec::ArrayVec;
 use glam::Vec3;
 
+use crate::cache_points::scatter::Phases;
 use crate::cache_points::select::{Drawn, MOST_DRAWN};
 use crate::cache_points::{CachePoints, CacheScratch};
 use crate::light::selector::{LightSelector, SelectorScratch};
@@ -113,6 +114,15 @@ impl LightChoice {
     pub fn record_scattering(&self, lights: &Lights, p: Vec3, light: LightId, is_visible: bool) {
         if let Self::Beside(_, cache) = self {
             cache.record_at(lights, p, light, is_visible);
+        }
+    }
+
+    /// From now on cache points keep ready what media of these mean cosines scatter towards the camera.
+    pub fn begin_scattering(&mut self, lights: &Lights, phases: Phases) {
+        if let Self::CachePoints(cache) | Self::Beside(_, cache) = self
+            && !cache.scatters()
+        {
+            cache.weigh_scattering(lights, phases);
         }
     }
 

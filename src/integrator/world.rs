@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::light_choice::LightChoice;
+use crate::cache_points::scatter::{MOST_PHASES, Phases};
 use crate::geometry::{Geometry, InstanceId, ShapeId, Tracer};
 use crate::light::{Lights, LinkSet};
 use crate::material::Materials;
@@ -45,12 +46,19 @@ impl World {
         !self.media.is_empty()
     }
 
-    /// The mean cosines of all media that scatter, each once, in rising order.
-    pub fn phases(&self) -> Vec<f32> {
+    /// The mean cosines of all media that scatter, each once, in rising order: [`MOST_PHASES`] of them, evenly chosen.
+    fn phases(&self) -> Phases {
         let mut all: Vec<f32> = self.media.iter().filter(|m| m.scatters()).map(Medium::g).collect();
         all.sort_by(f32::total_cmp);
         all.dedup();
-        all
+        let count = all.len().min(MOST_PHASES);
+        (0..count).map(|k| all[if count > 1 { k * (all.len() - 1) / (count - 1) } else { 0 }]).collect()
+    }
+
+    /// Lets the cache points keep ready what media scatter towards the camera.
+    pub fn begin_scattering(&mut self) {
+        let phases = self.phases();
+        self.light_choice.begin_scattering(&self.lights, phases);
     }
 
     /// The interface of a shape, where it separates different media.

@@ -78,29 +78,60 @@ impl Evidence {
 }
 
 /// One tile: how many points its paths draw, and what that has come to in the last pass.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct TileMix {
     /// Points that each camera path draws.
-    pub count: f32,
+    count: f32,
+    /// Only one pixel in [`SPARSE`] draws them.
+    is_sparse: bool,
     evidence: Evidence,
+}
+
+/// Of so many pixels one draws points where they are only tried.
+const SPARSE: u32 = 4;
+
+/// How far it has come with finding out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    /// Nothing is to be found out.
+    Fixed,
+    /// Points are drawn from the pass on that begins after so many samples a pixel.
+    Waiting(u32),
+    /// Tiles draw points until evidence tells otherwise.
+    Adapting,
 }
 
 /// All tiles, in the film's order.
 #[derive(Clone, Debug)]
 pub struct Mixing {
     columns: usize,
-    adapts: bool,
+    stage: Stage,
     tiles: Vec<TileMix>,
 }
 
 impl Mixing {
-    /// For an image of this size.
-    pub fn new(bounds: PixelBounds, sampling: Option<VolumeSampling>) -> Self {
+    /// For an image of this size. `is_shared` is whether the cache points choose lights as well: then they learn without points being drawn, and
+    /// a short trial in some of the pixels is enough; else points are drawn from the start, so that there is something to go by.
+    pub fn new(bounds: PixelBounds, sampling: Option<VolumeSampling>, is_shared: bool) -> Self {
         let tiles = |pixels: u32| pixels.div_ceil(TILE_SIZE) as usize;
         let (columns, rows) = (tiles(bounds.width()), tiles(bounds.height()));
-        let count = if matches!(sampling, None | Some(VolumeSampling::Null)) { 0.0 } else { 1.0 };
-        let tile = TileMix { count, evidence: Evidence::default() };
-        Self { columns, adapts: sampling == Some(VolumeSampling::Auto), tiles: vec![tile; columns * rows] }
+        let (stage, count) = match sampling {
+            None | Some(VolumeSampling::Null) => (Stage::Fixed, 0.0),
+            Some(VolumeSampling::Both | VolumeSampling::InScatter) => (Stage::Fixed, 1.0),
+            Some(VolumeSampling::Auto) => (Stage::Waiting(if is_shared { 2 } else { 0 }), 0.0),
+        };
+        let tile = TileMix { count, ..TileMix::default() };
+        Self { columns, stage, tiles: vec![tile; columns * rows] }
+    }
+
+    /// A pass begins where `done` samples a pixel have been taken.
+    pub fn begin_pass(&mut self, done: u32) {
+        if let Stage::Waiting(until) = self.stage
+            && done >= until
+        {
+            self.stage = Stage::Adapting;
+            self.tiles.fill(TileMix { count: 1.0, is_sparse: until > 0, ..TileMix::default() });
+        }
     }
 
     /// The tiles, in the film's order.
@@ -108,12 +139,12 @@ impl Mixing {
         &mut self.tiles
     }
 
-    /// Whether later passes go by what earlier ones came to.
-    pub const fn adapts(&self) -> bool {
-        self.adapts
+    /// Whether passes go by what earlier ones came to.
+    pub fn adapts(&self) -> bool {
+        self.stage == Stage::Adapting
     }
 
-    /// Whether no tile draws points any more.
+    /// Whether no tile draws points.
     pub fn is_off(&self) -> bool {
         self.tiles.iter().all(|tile| tile.count == 0.0)
     }
@@ -127,7 +158,7 @@ impl Mixing {
 
     /// A pass of `samples` a pixel is over: tiles that drew points go by what it showed.
     pub fn decide(&mut self, samples: u32) {
-        if !self.adapts || samples < 2 {
+        if !self.adapts() || samples < 2 {
             return;
         }
         let rows = self.tiles.len() / self.columns.max(1);
@@ -148,7 +179,7 @@ impl Mixing {
             }
             tile.count = evidence.best(tile.count);
         }
-        self.tiles.iter_mut().for_each(|tile| tile.evidence = Evidence::default());
+        self.tiles.iter_mut().for_each(|tile| (tile.evidence, tile.is_sparse) = Default::default());
     }
 }
 
@@ -183,10 +214,71 @@ impl PixelEvidence {
 }
 
 impl TileMix {
-    /// Adds what a tile's samples took: work for all of it, for the points, and for laying out knots.
+    /// Points that the paths of `pixel` draw.
+    #[inline]
+    pub const fn count_at(&self, [x, y]: [u32; 2]) -> f32 {
+        if self.is_sparse && (x.wrapping_add(2 * y)) % SPARSE != 0 { 0.0 } else { self.count }
+    }
+
+    /// Adds what a pixel's samples took: work for all of it, for the points, and for laying out knots.
     pub fn add_work(&mut self, all: u64, [points, knots]: [u64; 2]) {
         let [all, points, knots] = [all, points, knots].map(|n| n as f64);
         let later = KNOTS_LATER * knots;
         self.evidence.add(&Evidence { work: [all - knots + later, points + later], ..Evidence::default() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: PixelBounds = PixelBounds::full(3 * TILE_SIZE, 2 * TILE_SIZE);
+
+    fn mixing(sampling: VolumeSampling, is_shared: bool) -> Mixing {
+        Mixing::new(BOUNDS, Some(sampling), is_shared)
+    }
+
+    /// A pass after which the tiles know this of variance with and without, and of work for all and for points.
+    fn pass(mixing: &mut Mixing, done: u32, samples: u32, evidence: impl Fn(usize) -> Evidence) {
+        mixing.begin_pass(done);
+        mixing.tiles_mut().iter_mut().enumerate().for_each(|(i, tile)| tile.evidence = evidence(i));
+        mixing.decide(samples);
+    }
+
+    #[test]
+    fn points_are_drawn_where_they_pay() {
+        let evidence = |with, without| Evidence { with, without, drawn: 0.5 * with, work: [1.3, 0.3] };
+        let mut mixing = mixing(VolumeSampling::Auto, false);
+        // One sample tells no variance.
+        pass(&mut mixing, 0, 1, |_| evidence(9.0, 1.0));
+        assert!(!mixing.is_off());
+        // Columns of tiles that gain much, are in between, and gain nothing. The noisiest tile speaks for itself alone.
+        pass(&mut mixing, 2, 2, |i| match i % 3 {
+            0 => evidence(1.0, 20.0),
+            1 => evidence(1e6, 1e6),
+            _ => evidence(1.0, 1.0),
+        });
+        let counts: Vec<f32> = mixing.tiles.iter().map(|tile| tile.count).collect();
+        assert!(counts[0] > 0.0 && counts[1] > 0.0 && counts[2] == 0.0, "{counts:?}");
+        // What is off stays off.
+        pass(&mut mixing, 4, 4, |_| evidence(1.0, 20.0));
+        assert!(mixing.tiles[2].count == 0.0 && mixing.tiles[0].count > 0.0);
+        pass(&mut mixing, 8, 8, |_| evidence(1.0, 1.0));
+        assert!(mixing.is_off());
+    }
+
+    #[test]
+    fn a_trial_is_short_and_sparse() {
+        let mut mixing = mixing(VolumeSampling::Auto, true);
+        for done in [0, 1] {
+            mixing.begin_pass(done);
+            assert!(mixing.is_off());
+        }
+        mixing.begin_pass(2);
+        let drawing = (0..TILE_SIZE).filter(|&x| mixing.tiles[0].count_at([x, 3]) > 0.0).count();
+        assert_eq!(drawing as u32, TILE_SIZE / SPARSE);
+        assert!(
+            !self::mixing(VolumeSampling::Both, true).is_off() && self::mixing(VolumeSampling::Null, true).is_off()
+        );
     }
 }

@@ -25,7 +25,7 @@ use crate::film::{Film, FilmSettings, PixelSamples};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
-use crate::integrator::{Counters, PathSettings, Scratch, World, trace_path};
+use crate::integrator::{Counters, LightChoice, PathSettings, Scratch, World, trace_path};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
 use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
@@ -161,7 +161,7 @@ impl Job {
                 path: &path,
                 seed: settings.seed.unwrap_or(scene_seed),
                 settings: settings.cache,
-                phases: if choice.in_scatter { world.phases() } else { vec![] },
+                seeds_camera_rays: choice.in_scatter && choice.selector.is_some(),
             };
             let points = if choice.has_points() { builder.build(&world) } else { None };
             build::choose_lights(&mut world, &choice, points, settings, warnings);
@@ -170,7 +170,7 @@ impl Job {
         path.light_candidates =
             settings.light_candidates.unwrap_or_else(|| build::light_candidates(&world.light_choice, settings.lights));
         path.null_samples_lights = settings.volume_sampling != VolumeSampling::InScatter;
-        let draws = world.light_choice.cache_points().map_or(choice.in_scatter && settings.plan_only, |c| c.scatters());
+        let draws = choice.in_scatter && (settings.plan_only || world.light_choice.cache_points().is_some());
         let in_scatter = draws.then_some(settings.volume_sampling);
         let plan = Plan::of(&world, &camera, draws, memory::of_film(&film));
         Ok(Self { world, camera, film, aovs: true, path, in_scatter, plan, timings, scene_spp, scene_seed, backend })
@@ -190,7 +190,8 @@ impl Job {
         };
         let tracking = Tracking::new(budget, limit, self.film.bounds.area() as u64, start, progress);
         progress.start(tracking.total());
-        let mut mixing = Mixing::new(self.film.bounds, self.in_scatter);
+        let is_shared = matches!(self.world.light_choice, LightChoice::CachePoints(_));
+        let mut mixing = Mixing::new(self.film.bounds, self.in_scatter, is_shared);
         let mut done = 0;
         while done < limit && !interrupt.load(Ordering::Relaxed) {
             // 1, 1, 2, 4, 8 …: the image's sample count doubles.
@@ -202,6 +203,10 @@ impl Job {
                     break;
                 }
                 pass = pass.min(affordable as u32);
+            }
+            mixing.begin_pass(done);
+            if !mixing.is_off() {
+                self.world.begin_scattering();
             }
             let learns = self.world.light_choice.learns() || mixing.adapts() && !mixing.is_off();
             let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking, learns };
@@ -216,11 +221,11 @@ impl Job {
             }
             if !is_interrupted && done < limit {
                 let start = Instant::now();
-                self.world.light_choice.learn(&self.world.lights);
                 mixing.decide(pass);
-                if mixing.adapts() && mixing.is_off() {
+                if mixing.is_off() {
                     self.world.light_choice.end_scattering();
                 }
+                self.world.light_choice.learn(&self.world.lights);
                 iteration.learning = start.elapsed().as_secs_f64();
             }
             iterations.push(iteration);
@@ -308,7 +313,7 @@ impl Pass<'_> {
                 if self.interrupt.load(Ordering::Relaxed) {
                     return Counters::default();
                 }
-                (scratch.counters, scratch.in_scatter.work) = Default::default();
+                scratch.counters = Counters::default();
                 let bounds = tile.bounds();
                 // What rays share never leaves the tile.
                 scratch.in_scatter.forget();
@@ -320,7 +325,6 @@ impl Pass<'_> {
                     };
                     tile.merge(pixel, &samples);
                 }
-                mix.add_work(scratch.counters.work(), scratch.in_scatter.work);
                 self.tracking.tile_ended(bounds.area() as u64 * self.samples.len() as u64);
                 scratch.counters
             })
@@ -341,8 +345,9 @@ impl Pass<'_> {
     fn pixel<const MEDIA: bool>(&self, pixel: [u32; 2], mix: &mut TileMix, scratch: &mut Scratch) -> PixelSamples {
         let job = self.job;
         let mut evidence = PixelEvidence::default();
+        let before = if MEDIA { scratch.counters.work() } else { 0 };
         if MEDIA {
-            scratch.in_scatter.begin_pixel(mix.count);
+            scratch.in_scatter.begin_pixel(mix.count_at(pixel));
         }
         let mut samples = PixelSamples::new(job.film.sensor);
         let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
@@ -362,7 +367,10 @@ impl Pass<'_> {
                 evidence.add(result.beauty, scratch);
             }
         }
-        evidence.add_to(mix);
+        if MEDIA && scratch.in_scatter.is_on() {
+            evidence.add_to(mix);
+            mix.add_work(scratch.counters.work() - before, scratch.in_scatter.work);
+        }
         samples
     }
 }

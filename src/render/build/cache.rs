@@ -5,7 +5,6 @@ use std::time::Instant;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::cache_points::scatter::{MOST_PHASES, Phases};
 use crate::cache_points::seed::{Candidate, MOST_IN_BOXES, MOST_PILOTS, along_beams, scatter_in_boxes};
 use crate::cache_points::{CachePoints, CacheSettings, CacheStatistics};
 use crate::film::FilmSettings;
@@ -35,8 +34,8 @@ pub struct CacheBuilder<'a> {
     pub seed: u32,
     /// How points are made.
     pub settings: CacheSettings,
-    /// The mean cosines of media whose scattering is to be weighed; empty for none.
-    pub phases: Vec<f32>,
+    /// Whether points lie along camera rays too: where they are there for in-scatter sampling alone, and lights are few, so that points take little.
+    pub seeds_camera_rays: bool,
 }
 
 impl CacheBuilder<'_> {
@@ -57,11 +56,7 @@ impl CacheBuilder<'_> {
         statistics.seconds.seed = start.elapsed().as_secs_f64();
 
         let pixel = self.camera.pixel_angle();
-        let mut cache = CachePoints::build(&world.lights, candidates, pixel, self.settings, statistics)?;
-        if !self.phases.is_empty() {
-            cache.weigh_scattering(&world.lights, spread(&self.phases));
-        }
-        Some(cache)
+        CachePoints::build(&world.lights, candidates, pixel, self.settings, statistics)
     }
 
     fn in_boxes(&self, others: usize) -> usize {
@@ -80,7 +75,7 @@ impl CacheBuilder<'_> {
                 let pixel = pixels[(k as u64 * pixels.len() as u64 / paths as u64) as usize];
                 scratch.lights.pilots.clear();
                 scratch.in_scatter.seeds.clear();
-                scratch.in_scatter.begin_pixel(if self.phases.is_empty() { 0.0 } else { 1.0 });
+                scratch.in_scatter.begin_pixel(if self.seeds_camera_rays { 1.0 } else { 0.0 });
                 self.pilot(world, pixel, k as u32, scratch);
                 let on_camera_ray = scratch.in_scatter.seeds.iter().copied().map(Candidate::in_space);
                 scratch.lights.pilots.iter().map(Candidate::at).chain(on_camera_ray).collect()
@@ -103,12 +98,6 @@ impl CacheBuilder<'_> {
             trace_path::<false>(world, self.path, ray, &random, scratch);
         }
     }
-}
-
-/// As many of `phases`, which are in rising order, as scatter weights are kept for.
-fn spread(phases: &[f32]) -> Phases {
-    let count = phases.len().min(MOST_PHASES);
-    (0..count).map(|k| phases[if count > 1 { k * (phases.len() - 1) / (count - 1) } else { 0 }]).collect()
 }
 
 /// Evenly chosen ones where there are more than `most`.
