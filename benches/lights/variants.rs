@@ -69,13 +69,13 @@ const SAMPLING: [Variant; 6] = [
     NULL,
     variant("in-scatter", &["--volume-sampling", "in-scatter"]),
     variant("both", &["--volume-sampling", "both"]),
-    variant("null, tree", &["--volume-sampling", "null", "--lights", "tree"]),
+    variant("null by the tree", &["--volume-sampling", "null", "--lights", "tree"]),
     NULL_WITHOUT_FIRES,
 ];
 
 /// Null tracking, where what media emit is found by chance.
 pub const NULL_WITHOUT_FIRES: Variant =
-    variant("null, no volume lights", &["--volume-sampling", "null", "--volume-lights", "off"]);
+    variant("null without volume lights", &["--volume-sampling", "null", "--volume-lights", "off"]);
 
 /// What all others are compared with.
 pub const fn defaults(sampling: bool) -> Variant {
