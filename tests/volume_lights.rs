@@ -6,7 +6,9 @@
 mod common;
 
 use common::blocks::{Blocks, Family};
-use common::{CUBE, Options, Shot, boundary, glow, grid_medium, image_mean, prepare_text, render_text, shuffled_grid};
+use common::{
+    CUBE, FLOOR, Options, Shot, boundary, glow, grid_medium, image_mean, prepare_text, render_text, shuffled_grid,
+};
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::Film;
 use lanternfish::render::{LightSelection, VolumeLights};
@@ -14,11 +16,6 @@ use lanternfish::render::{LightSelection, VolumeLights};
 const RATE: f64 = 1e-5;
 const GRID: [usize; 2] = [3, 3];
 const SEEDS: u32 = 12;
-
-/// A floor, seen from above.
-const FLOOR: &str =
-    "AttributeBegin Translate 0 -1.2 0 Rotate 90 1 0 0 Material \"diffuse\" \"rgb reflectance\" [0.7 0.6 0.5]
-     Shape \"disk\" \"float radius\" 6 AttributeEnd\n";
 
 fn shot() -> Shot {
     Shot { from: [0.0, 3.0, -5.0], to: [0.0, -0.6, 0.0], fov: 50.0, size: 24, depth: 3, ..Shot::default() }

@@ -7,7 +7,7 @@ mod common;
 
 use common::blocks::{Blocks, Family};
 use common::{
-    CUBE, Options, SLACK, Shot, assert_mean, boundary, glow, grid_medium, image_mean, integrate, prepare_text,
+    CUBE, FLOOR, Options, SLACK, Shot, assert_mean, boundary, glow, grid_medium, image_mean, integrate, prepare_text,
     render_text, shuffled_grid,
 };
 use lanternfish::film::Film;
@@ -16,10 +16,6 @@ use lanternfish::render::{LightSelection, VolumeSampling};
 const RATE: f64 = 1e-5;
 const GRID: [usize; 2] = [3, 3];
 const SEEDS: u32 = 12;
-
-const FLOOR: &str =
-    "AttributeBegin Translate 0 -1.2 0 Rotate 90 1 0 0 Material \"diffuse\" \"rgb reflectance\" [0.7 0.6 0.5]
-     Shape \"disk\" \"float radius\" 6 AttributeEnd\n";
 
 fn shot() -> Shot {
     Shot { from: [0.0, 1.0, -5.0], to: [0.0, -0.2, 0.0], fov: 50.0, size: 24, depth: 3, ..Shot::default() }

@@ -256,6 +256,11 @@ pub const CUBE: &str =
     "Shape \"trianglemesh\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1]
  \"integer indices\" [0 2 1 0 3 2  4 5 6 4 6 7  0 1 5 0 5 4  3 7 6 3 6 2  0 4 7 0 7 3  1 2 6 1 6 5]\n";
 
+/// A floor below it, seen from above.
+pub const FLOOR: &str =
+    "AttributeBegin Translate 0 -1.2 0 Rotate 90 1 0 0 Material \"diffuse\" \"rgb reflectance\" [0.7 0.6 0.5]
+     Shape \"disk\" \"float radius\" 6 AttributeEnd\n";
+
 /// `shape` as a boundary that light does not notice between two media.
 pub fn boundary(inside: &str, outside: &str, shape: &str) -> String {
     format!("AttributeBegin MediumInterface \"{inside}\" \"{outside}\" Material \"interface\" {shape} AttributeEnd\n")
