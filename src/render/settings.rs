@@ -152,11 +152,9 @@ impl RenderSettings {
         if self.splitting.is_some() && self.lights != LightSelection::Tree {
             ignored("--splitting", "tree");
         }
-        // `auto` builds cache points where there are many lights.
-        if !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
-            if matches!(self.volume_sampling, VolumeSampling::InScatter | VolumeSampling::Both) {
-                ignored("--volume-sampling", "cache-points");
-            }
+        // `auto` builds cache points where there are many lights; in-scatter sampling has them beside any selector.
+        let draws = matches!(self.volume_sampling, VolumeSampling::InScatter | VolumeSampling::Both);
+        if !draws && !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
             let CacheSettings { gathering, visibility, refine, normals, beams, candidates, entries } = self.cache;
             let default = CacheSettings::default();
             for (option, differs) in [
