@@ -259,6 +259,12 @@ impl CachePoints {
         self.scatter.as_ref().map_or(&[], ScatterWeights::beams)
     }
 
+    /// Whether [`CachePoints::scattered`] is 0 everywhere.
+    #[inline]
+    pub fn scatters_only_beams(&self) -> bool {
+        self.scatter.as_ref().is_some_and(ScatterWeights::only_beams)
+    }
+
     /// The share of the light of `light` that is expected to arrive at `point`.
     #[inline]
     pub fn arrives(&self, lights: &Lights, point: u32, light: LightId) -> f32 {

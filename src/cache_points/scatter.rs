@@ -50,6 +50,8 @@ pub struct ScatterWeights {
     strong: Vec<[u16; STRONG]>,
     /// Narrow beams.
     beams: Vec<LightId>,
+    /// Whether no point knows of any other light.
+    only_beams: bool,
 }
 
 /// Strong lights of a point at most.
@@ -70,13 +72,19 @@ impl ScatterWeights {
         if beams.len() > MOST_BEAMS {
             beams.clear();
         }
-        Self { phases, lobes: vec![], sums: vec![], strong: vec![], beams }
+        Self { phases, lobes: vec![], sums: vec![], strong: vec![], beams, only_beams: false }
     }
 
     /// The beams that are left out of [`ScatterWeights::at`].
     #[inline]
     pub fn beams(&self) -> &[LightId] {
         &self.beams
+    }
+
+    /// Whether [`ScatterWeights::at`] is 0 everywhere.
+    #[inline]
+    pub const fn only_beams(&self) -> bool {
+        self.only_beams
     }
 
     /// The number of the phase function that stands for the mean cosine `g`.
@@ -160,6 +168,8 @@ impl ScatterWeights {
         let points: Vec<([u16; STRONG], Phases)> = (0..places.len()).into_par_iter().map(of_point).collect();
         self.strong = points.iter().map(|(strong, _)| *strong).collect();
         self.sums = (0..self.phases.len()).map(|phase| points.iter().map(|(_, sums)| sums[phase]).collect()).collect();
+        let is_dark = self.sums.iter().flatten().all(|&sum| sum == 0.0);
+        self.only_beams = is_dark && self.strong.iter().flatten().all(|&k| k == NONE);
     }
 
     /// Bytes held on the heap.

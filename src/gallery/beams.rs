@@ -201,8 +201,9 @@ fn searchlights(t: &mut SceneText, roofs: &[Vec3], lights: u32) {
     t.add(format_args!("\n# Searchlights: 1° from the axis to the edge of the beam"));
     t.object("housing", |t| {
         t.add(format_args!("NamedMaterial \"steel\""));
-        // Along y, open at the top; its lamp is at the mouth.
-        let drum = [(0.1, -2.0), (1.0, -2.0), (1.2, -0.3), (1.1, -0.3), (0.1, -1.0)];
+        // Along y, with its lamp at the bottom and a hole for the beam at the top. Haze close to a lamp that is a point would be bright without
+        // bound; none is to be seen there.
+        let drum = [(0.1, -0.5), (0.9, -0.5), (1.15, 5.2), (1.15, 6.0), (0.16, 6.0)];
         t.mesh(&Mesh::revolved(&drum.map(|(r, y)| Vec2::new(r, y)), 20));
     });
     // Dice of their own: with more lights, the first ones stay as they are.

@@ -1,6 +1,5 @@
 //! The path: surfaces, media, next-event estimation, MIS. [`path`] reads top to bottom.
 
-mod beam_knots;
 pub mod counters;
 pub mod direct;
 pub mod flight;

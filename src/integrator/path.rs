@@ -138,7 +138,7 @@ pub fn trace_path<const MEDIA: bool>(
                 let mut is_drawn = false;
                 if is_mixed {
                     let share = in_scatter::medium_share(world, path.regions.media(), medium, p);
-                    let expected = passed * share * scratch.in_scatter.expected(t, ray.t_max);
+                    let expected = passed * share * scratch.in_scatter.expected(t);
                     is_drawn = expected > 0.0 && expected.is_finite();
                     if is_drawn {
                         let null = if settings.null_samples_lights { path.weight.light } else { Rgb::BLACK };

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::in_scatter::equi_angular::EquiAngular;
 use super::light_choice::LightChoice;
 use crate::cache_points::scatter::{MOST_PHASES, Phases};
 use crate::geometry::{Geometry, InstanceId, ShapeId, Tracer};
@@ -24,6 +25,8 @@ pub struct World {
     pub lights: Lights,
     /// How a light is chosen at a vertex.
     pub light_choice: LightChoice,
+    /// What scattering points on camera rays are drawn by in place of cache points, where that was asked for.
+    pub equi_angular: Option<EquiAngular>,
     /// Media, by [`MediumId`]; empty for scenes without.
     pub media: Vec<Medium>,
     /// Whether any of them is homogeneous and emits.

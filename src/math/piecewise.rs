@@ -1,4 +1,4 @@
-//! A density over distance that is linear from knot to knot: drawing from it, and its value, up to any end.
+//! A density over distance that is linear from knot to knot: its value, its integral, and where that reaches a number.
 
 /// Knots with values, and the integral up to each.
 #[derive(Clone, Debug, Default)]
@@ -28,22 +28,6 @@ impl PiecewiseLinear {
         self.knots.push(Knot { t, value, sum });
     }
 
-    /// Where the last knot is.
-    #[inline]
-    pub fn end(&self) -> f32 {
-        self.knots.last().map_or(0.0, |k| k.t as f32)
-    }
-
-    /// The number of knots.
-    pub const fn len(&self) -> usize {
-        self.knots.len()
-    }
-
-    /// Whether there are none.
-    pub const fn is_empty(&self) -> bool {
-        self.knots.is_empty()
-    }
-
     /// The value at `t` and the integral up to there.
     #[inline]
     fn at(&self, t: f64) -> (f64, f64) {
@@ -54,27 +38,28 @@ impl PiecewiseLinear {
         (value, a.sum + 0.5 * (a.value + value) * (t - a.t))
     }
 
-    /// The pdf of `t` where the density is cut off at `end`; 0 beyond it and where there is no density at all.
+    /// The value at `t`; 0 before the first knot and from the last one on.
     #[inline]
-    pub fn pdf(&self, t: f32, end: f32) -> f32 {
-        let (_, total) = self.at(f64::from(end));
-        if t <= end && total > 0.0 { (self.at(f64::from(t)).0 / total) as f32 } else { 0.0 }
+    pub fn value(&self, t: f32) -> f64 {
+        self.at(f64::from(t)).0
     }
 
-    /// A distance up to `end`, drawn by `u` in [0, 1), and its pdf. `None` where there is no density.
+    /// The integral up to `t`.
     #[inline]
-    pub fn sample(&self, u: f64, end: f32) -> Option<(f32, f32)> {
-        let (_, total) = self.at(f64::from(end));
-        let target = u * total;
+    pub fn integral(&self, t: f32) -> f64 {
+        self.at(f64::from(t)).1
+    }
+
+    /// Where the integral is `target`: at least 0 and below that up to the last knot, else there may be no such place.
+    #[inline]
+    pub fn inverse(&self, target: f64) -> Option<f32> {
         let next = self.knots.partition_point(|k| k.sum <= target);
         let (a, b) = (self.knots.get(next.checked_sub(1)?)?, self.knots.get(next)?);
         // Root of value·s + slope·s²/2 = rest, in the form that does not cancel.
         let rest = target - a.sum;
         let slope = (b.value - a.value) / (b.t - a.t);
         let root = (a.value * a.value + 2.0 * slope * rest).max(0.0).sqrt();
-        let t = ((a.t + 2.0 * rest / (a.value + root)).min(b.t) as f32).min(end);
-        let pdf = self.pdf(t, end);
-        (pdf > 0.0 && pdf.is_finite()).then_some((t, pdf))
+        Some((a.t + 2.0 * rest / (a.value + root)).min(b.t) as f32)
     }
 }
 
@@ -94,41 +79,54 @@ mod tests {
     }
 
     #[test]
-    fn samples_follow_the_pdf() {
+    fn places_follow_the_density() {
         let density = example();
-        for end in [1.7f32, 3.0, 5.0, 6.6, 7.0, 100.0] {
-            let bins = 64;
-            let width = f64::from(end.min(7.0)) / f64::from(bins);
-            let mut counts = vec![0.0; bins as usize];
-            let mut stream = Stream::from_seed(3);
-            let n = 200_000;
-            for _ in 0..n {
-                let (t, pdf) = density.sample(f64::from(stream.next_f32()), end).expect("there is density");
-                assert!(t <= end && pdf == density.pdf(t, end));
-                counts[((f64::from(t) / width) as usize).min(bins as usize - 1)] += 1.0;
-            }
-            let steps = 500;
-            let expected: Vec<f64> = (0..bins)
-                .map(|bin| {
-                    let at = |k: i32| ((f64::from(bin) + (f64::from(k) + 0.5) / f64::from(steps)) * width) as f32;
-                    let mean = (0..steps).map(|k| f64::from(density.pdf(at(k), end))).sum::<f64>() / f64::from(steps);
-                    mean * width * f64::from(n)
-                })
-                .collect();
-            assert_counts(&format!("up to {end}"), &counts, &expected);
+        let (end, bins) = (7.0, 64);
+        let total = density.integral(end);
+        let width = f64::from(end) / f64::from(bins);
+        let mut counts = vec![0.0; bins as usize];
+        let mut stream = Stream::from_seed(3);
+        let n = 200_000;
+        for _ in 0..n {
+            let t = density.inverse(f64::from(stream.next_f32()) * total).expect("there is density");
+            counts[((f64::from(t) / width) as usize).min(bins as usize - 1)] += 1.0;
         }
+        let steps = 500;
+        let expected: Vec<f64> = (0..bins)
+            .map(|bin| {
+                let at = |k: i32| ((f64::from(bin) + (f64::from(k) + 0.5) / f64::from(steps)) * width) as f32;
+                let mean = (0..steps).map(|k| density.value(at(k))).sum::<f64>() / f64::from(steps);
+                mean / total * width * f64::from(n)
+            })
+            .collect();
+        assert_counts("all of it", &counts, &expected);
     }
 
     #[test]
-    fn without_density_there_is_no_sample() {
+    fn the_integral_is_that_of_the_value() {
         let density = example();
-        assert_eq!(density.sample(0.5, 0.9), None);
-        assert_eq!(density.pdf(0.5, 0.9), 0.0);
-        assert_eq!(density.pdf(5.0, 9.0), 0.0);
-        assert_eq!(PiecewiseLinear::default().sample(0.5, 1.0), None);
+        let steps = 7000;
+        let mut sum = 0.0;
+        for k in 0..steps {
+            let t = (f64::from(k) + 0.5) * 1e-3;
+            sum += 1e-3 * density.value(t as f32);
+            if k % 500 == 499 {
+                let integral = density.integral((t + 0.5e-3) as f32);
+                assert!((sum - integral).abs() < 1e-2, "{t}: {sum} {integral}");
+            }
+        }
+        assert_eq!(density.integral(9.0), density.integral(7.0));
+    }
+
+    #[test]
+    fn without_density_there_is_no_place() {
+        let density = example();
+        assert_eq!((density.value(0.9), density.integral(0.9)), (0.0, 0.0));
+        assert_eq!((density.value(5.0), density.value(9.0)), (0.0, 0.0));
+        assert_eq!(PiecewiseLinear::default().inverse(0.0), None);
         let mut flat = PiecewiseLinear::default();
         flat.push(0.0, 0.0);
         flat.push(9.0, 0.0);
-        assert_eq!(flat.sample(0.3, 5.0), None);
+        assert_eq!(flat.inverse(0.0), None);
     }
 }

@@ -117,7 +117,7 @@ impl Mixing {
         let (columns, rows) = (tiles(bounds.width()), tiles(bounds.height()));
         let (stage, count) = match sampling {
             None | Some(VolumeSampling::Null) => (Stage::Fixed, 0.0),
-            Some(VolumeSampling::Both | VolumeSampling::InScatter) => (Stage::Fixed, 1.0),
+            Some(VolumeSampling::Both | VolumeSampling::InScatter | VolumeSampling::EquiAngular) => (Stage::Fixed, 1.0),
             Some(VolumeSampling::Auto) => (Stage::Waiting(if is_shared { 2 } else { 0 }), 0.0),
         };
         let tile = TileMix { count, ..TileMix::default() };

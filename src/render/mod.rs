@@ -161,7 +161,7 @@ impl Job {
                 path: &path,
                 seed: settings.seed.unwrap_or(scene_seed),
                 settings: settings.cache,
-                seeds_camera_rays: choice.in_scatter && choice.selector.is_some(),
+                on_camera_rays: choice.in_scatter && choice.selector.is_some(),
             };
             let points = if choice.has_points() { builder.build(&world) } else { None };
             build::choose_lights(&mut world, &choice, points, settings, warnings);
@@ -170,7 +170,8 @@ impl Job {
         path.light_candidates =
             settings.light_candidates.unwrap_or_else(|| build::light_candidates(&world.light_choice, settings.lights));
         path.null_samples_lights = settings.volume_sampling != VolumeSampling::InScatter;
-        let draws = choice.in_scatter && (settings.plan_only || world.light_choice.cache_points().is_some());
+        let is_known = world.equi_angular.is_some() || world.light_choice.cache_points().is_some();
+        let draws = choice.in_scatter && (settings.plan_only || is_known);
         let in_scatter = draws.then_some(settings.volume_sampling);
         let plan = Plan::of(&world, &camera, draws, memory::of_film(&film));
         Ok(Self { world, camera, film, aovs: true, path, in_scatter, plan, timings, scene_spp, scene_seed, backend })
@@ -205,7 +206,7 @@ impl Job {
                 pass = pass.min(affordable as u32);
             }
             mixing.begin_pass(done);
-            if !mixing.is_off() {
+            if !mixing.is_off() && self.world.equi_angular.is_none() {
                 self.world.begin_scattering();
             }
             let learns = self.world.light_choice.learns() || mixing.adapts() && !mixing.is_off();

@@ -66,6 +66,9 @@ impl Plan {
         plan.decide("lights", lights.len(), LIGHTS, lights.memory());
         plan.systems.push(light_selection(world));
         let reason = match (in_scatter, world.media.iter().any(Medium::scatters)) {
+            (true, _) if world.equi_angular.is_some() => {
+                "camera rays are scattered near lights (equi-angular sampling)"
+            }
             (true, _) => "cache points tell where camera rays are scattered",
             (false, true) => "null tracking alone finds where camera rays are scattered",
             (false, false) => "nothing scatters between surfaces",

@@ -65,6 +65,8 @@ pub enum VolumeSampling {
     InScatter,
     /// By both everywhere, weighed by multiple importance sampling.
     Both,
+    /// By null tracking and by equi-angular sampling everywhere: the lights are known, what hides them is not. For comparison.
+    EquiAngular,
 }
 
 /// Where a PNG goes.

@@ -34,8 +34,8 @@ pub struct CacheBuilder<'a> {
     pub seed: u32,
     /// How points are made.
     pub settings: CacheSettings,
-    /// Whether points lie along camera rays too: where they are there for in-scatter sampling alone, and lights are few, so that points take little.
-    pub seeds_camera_rays: bool,
+    /// Whether points lie along camera rays and beams alone: where they are there for in-scatter sampling, and choose no lights.
+    pub on_camera_rays: bool,
 }
 
 impl CacheBuilder<'_> {
@@ -49,10 +49,12 @@ impl CacheBuilder<'_> {
             along_beams(&world.lights, world.geometry.bounds(), &mut candidates);
             statistics.in_beams = candidates.len() - statistics.pilots;
         }
-        let boxes = receiving_boxes(&world.geometry, &world.materials, world);
-        let before = candidates.len();
-        scatter_in_boxes(&boxes, self.in_boxes(before), &mut candidates);
-        statistics.in_boxes = candidates.len() - before;
+        if !self.on_camera_rays {
+            let boxes = receiving_boxes(&world.geometry, &world.materials, world);
+            let before = candidates.len();
+            scatter_in_boxes(&boxes, self.in_boxes(before), &mut candidates);
+            statistics.in_boxes = candidates.len() - before;
+        }
         statistics.seconds.seed = start.elapsed().as_secs_f64();
 
         let pixel = self.camera.pixel_angle();
@@ -75,10 +77,13 @@ impl CacheBuilder<'_> {
                 let pixel = pixels[(k as u64 * pixels.len() as u64 / paths as u64) as usize];
                 scratch.lights.pilots.clear();
                 scratch.in_scatter.seeds.clear();
-                scratch.in_scatter.begin_pixel(if self.seeds_camera_rays { 1.0 } else { 0.0 });
+                scratch.in_scatter.begin_pixel(if self.on_camera_rays { 1.0 } else { 0.0 });
                 self.pilot(world, pixel, k as u32, scratch);
-                let on_camera_ray = scratch.in_scatter.seeds.iter().copied().map(Candidate::in_space);
-                scratch.lights.pilots.iter().map(Candidate::at).chain(on_camera_ray).collect()
+                if self.on_camera_rays {
+                    scratch.in_scatter.seeds.iter().copied().map(Candidate::in_space).collect()
+                } else {
+                    scratch.lights.pilots.iter().map(Candidate::at).collect()
+                }
             })
             .collect();
         let most = self.settings.candidates.map_or(MOST_PILOTS, |n| (n as usize).min(MOST_PILOTS));
@@ -92,10 +97,13 @@ impl CacheBuilder<'_> {
         let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
         let position = corner + Vec2::splat(0.5) + self.film.filter.sample([jitter_x, jitter_y]);
         let ray = self.camera.ray(position, [lens_u, lens_v], u_time);
+        // The camera ray is known once the path has its first vertex.
+        let most = if self.on_camera_rays { 1 } else { u32::MAX };
+        let path = PathSettings { max_depth: self.path.max_depth.min(most), ..*self.path };
         if world.has_media() {
-            trace_path::<true>(world, self.path, ray, &random, scratch);
+            trace_path::<true>(world, &path, ray, &random, scratch);
         } else {
-            trace_path::<false>(world, self.path, ray, &random, scratch);
+            trace_path::<false>(world, &path, ray, &random, scratch);
         }
     }
 }

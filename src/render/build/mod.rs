@@ -19,6 +19,7 @@ use super::settings::{LightSelection, RenderSettings, VolumeLights, VolumeSampli
 use super::timing::Timings;
 use crate::cache_points::CachePoints;
 use crate::geometry::{Backend, Tracer};
+use crate::integrator::in_scatter::equi_angular::EquiAngular;
 use crate::integrator::{LightChoice, World};
 use crate::light::linking::LinkRequests;
 use crate::light::selector::tree::DEFAULT_SPLITTING;
@@ -109,6 +110,7 @@ pub fn build_world(
         materials,
         lights,
         light_choice: LightChoice::Pilot,
+        equi_angular: None,
         fog_glows: media.media.iter().any(|m| matches!(m, Medium::Homogeneous(_)) && m.is_emissive()),
         media: media.media,
         media_links: media.links,
@@ -127,8 +129,10 @@ pub fn build_world(
 pub struct ChoicePlan {
     /// By which selector; `None` for cache points.
     pub selector: Option<SelectorKind>,
-    /// Whether cache points tell in-scatter sampling where to look.
+    /// Whether scattering points are drawn on camera rays.
     pub in_scatter: bool,
+    /// By equi-angular sampling and not by cache points.
+    pub equi_angular: bool,
 }
 
 impl ChoicePlan {
@@ -146,18 +150,20 @@ impl ChoicePlan {
         };
         let wanted = match settings.volume_sampling {
             VolumeSampling::Null => false,
-            VolumeSampling::Both | VolumeSampling::InScatter => true,
+            VolumeSampling::Both | VolumeSampling::InScatter | VolumeSampling::EquiAngular => true,
             // Selectors that are asked for by name are compared as published.
             VolumeSampling::Auto => {
                 matches!(settings.lights, LightSelection::Auto | LightSelection::CachePoints)
             }
         };
-        Self { selector, in_scatter: wanted && some && media.iter().any(Medium::scatters) }
+        let in_scatter = wanted && some && media.iter().any(Medium::scatters);
+        let equi_angular = in_scatter && settings.volume_sampling == VolumeSampling::EquiAngular;
+        Self { selector, in_scatter, equi_angular }
     }
 
     /// Whether cache points are to be built ([`CacheBuilder`]).
     pub const fn has_points(&self) -> bool {
-        self.selector.is_none() || self.in_scatter
+        self.selector.is_none() || self.in_scatter && !self.equi_angular
     }
 }
 
@@ -175,6 +181,7 @@ pub fn choose_lights(
     settings: &RenderSettings,
     warnings: &mut Warnings,
 ) {
+    world.equi_angular = plan.equi_angular.then(|| EquiAngular::new(&world.lights, world.extent));
     if points.is_none() && plan.has_points() {
         let rest =
             if plan.selector.is_none() { "every vertex asks every light" } else { "there is no in-scatter sampling" };

@@ -4,36 +4,15 @@
 use crate::geometry::Ray;
 use crate::light::{LightId, LightRef, Lights, SpotLight};
 
-/// A stretch of a ray inside a beam.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct BeamCrossing {
-    /// The beam.
-    pub light: LightId,
-    /// Where it begins and ends.
-    pub t: [f32; 2],
-}
-
 /// Knots within a crossing, as shares of its length.
-const KNOTS: [f32; 7] = [0.0, 0.06, 0.25, 0.5, 0.75, 0.94, 1.0];
+pub(super) const KNOTS: [f32; 7] = [0.0, 0.06, 0.25, 0.5, 0.75, 0.94, 1.0];
 
-/// Where `ray` is inside the cones of `beams`, and the knots that it takes there, in rising order.
-pub(super) fn cross_beams(
-    lights: &Lights,
-    beams: &[LightId],
-    ray: &Ray,
-    crossings: &mut Vec<BeamCrossing>,
-    knots: &mut Vec<f32>,
-) {
-    crossings.clear();
-    knots.clear();
+/// Visits the stretches of `ray` inside the cones of `beams`.
+pub(super) fn each_crossing(lights: &Lights, beams: &[LightId], ray: &Ray, mut visit: impl FnMut(LightId, [f32; 2])) {
     for &light in beams {
         let LightRef::Spot(spot) = lights.get(light) else { continue };
-        for t in inside(spot, ray).into_iter().flatten() {
-            crossings.push(BeamCrossing { light, t });
-            knots.extend(KNOTS.map(|share| t[0] + share * (t[1] - t[0])));
-        }
+        inside(spot, ray).into_iter().flatten().for_each(|t| visit(light, t));
     }
-    knots.sort_unstable_by(f32::total_cmp);
 }
 
 /// The stretches of `ray` inside the cone of `spot`: where (x − p)·a ≥ cos θ |x − p|. There are two where the ray runs more along the cone than its

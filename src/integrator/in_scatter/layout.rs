@@ -1,0 +1,179 @@
+//! Laying out the part of the density that rays share: knots as close as the cache points lie, each with what they expect media there to scatter
+//! towards the camera. Source: Li et al. 2024, section 4.2. **Ours:** the knots carry the transmittance to the camera as well, and rays that
+//! are almost the same share them.
+
+use glam::Vec3;
+
+use super::InScatter;
+use super::density::{Place, RayDensity};
+use super::stretches::{each_stretch, leaves};
+use crate::cache_points::CachePoints;
+use crate::geometry::Ray;
+use crate::integrator::path::Scratch;
+use crate::integrator::world::World;
+use crate::math::Rgb;
+use crate::medium::regions::Regions;
+use crate::medium::{Medium, MediumId, MediumPoint};
+
+/// Knots along a ray, about, at most and at least.
+const MOST_KNOTS: f32 = 40.0;
+const FEWEST_KNOTS: f32 = 12.0;
+/// Distance between knots, in radii of the nearest cache point.
+const KNOT_RADII: f32 = 0.5;
+/// And in mean free paths.
+const KNOT_DEPTH: f32 = 0.5;
+/// Beyond this optical depth nothing is drawn.
+const DEEPEST: f32 = 9.0;
+/// Rays share knots up to this angle, in radians: what one pixel spans in an image of some hundred pixels, several in a larger one.
+const SAME_RAY: f32 = 0.003;
+/// Where media are the same everywhere, what knots know changes no faster than from cache point to cache point: rays share them where they are no
+/// farther apart than this many of the points' radii, and up to this angle.
+const SAME_RADII: f32 = 0.25;
+const WIDEST: f32 = 0.05;
+/// How often the knots of a pixel are laid out anew because a ray reaches farther than the ones before.
+const MOST_LAYOUTS: u32 = 3;
+
+/// What the shared part was laid out for.
+#[derive(Debug, Default)]
+pub(super) struct LaidOut {
+    /// How far that ray went; 0 where there was none.
+    pub reach: f32,
+    /// And where to.
+    direction: Vec3,
+    /// How far from there another ray may go, in radians.
+    angle: f32,
+    /// Layouts made for the current pixel.
+    pub count: u32,
+}
+
+impl LaidOut {
+    /// Whether `ray` may use it.
+    fn serves(&self, ray: &Ray) -> bool {
+        // The samples of a pixel always share theirs: it may be large.
+        let is_same = self.count > 0 || self.direction.distance_squared(ray.direction) < self.angle * self.angle;
+        self.count >= MOST_LAYOUTS || is_same && ray.t_max <= 1.02 * self.reach
+    }
+}
+
+/// Makes sure that the shared part reaches as far as `ray` does.
+pub(super) fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &Regions, scratch: &mut Scratch) {
+    if scratch.in_scatter.laid_out.serves(ray) {
+        return;
+    }
+    let mut density = std::mem::take(&mut scratch.in_scatter.density);
+    density.clear();
+    let t_end = ray.t_max.min(leaves(ray, world.extent));
+    let inside = Ray { t_max: t_end, ..*ray };
+    let has_beams = !cache.beams().is_empty();
+    let mut layout = Layout {
+        world,
+        cache,
+        ray,
+        density: &mut density,
+        has_beams,
+        only_beams: cache.scatters_only_beams(),
+        depth: Rgb::BLACK,
+        lookups: 0,
+        angle: WIDEST,
+    };
+    each_stretch(world, &inside, &mut regions.clone(), scratch, |stretch, media| {
+        if !media.is_empty() {
+            layout.add(stretch, t_end, media);
+        }
+    });
+    scratch.counters.cache_lookups += layout.lookups;
+    let angle = layout.angle;
+    let InScatter { laid_out, density: old, .. } = &mut scratch.in_scatter;
+    *old = density;
+    *laid_out = LaidOut { reach: ray.t_max, direction: ray.direction, angle, count: laid_out.count + 1 };
+}
+
+/// Knots in the making.
+struct Layout<'a> {
+    world: &'a World,
+    cache: &'a CachePoints,
+    ray: &'a Ray,
+    density: &'a mut RayDensity,
+    has_beams: bool,
+    only_beams: bool,
+    /// Optical depth so far.
+    depth: Rgb,
+    lookups: u64,
+    /// The angle up to which rays may share it.
+    angle: f32,
+}
+
+/// What there is at a knot.
+struct Knot {
+    extinction: Rgb,
+    /// Luminance of what is scattered towards the camera and arrives, without beams.
+    value: f32,
+    /// Where the next knot should be at the latest.
+    step: f32,
+    /// For beams.
+    place: Place,
+}
+
+impl Layout<'_> {
+    /// Knots for a stretch through `media` of a ray that is looked at up to `t_end`.
+    fn add(&mut self, [t_start, t_stop]: [f32; 2], t_end: f32, media: &[MediumId]) {
+        let (least, most) = (t_end / MOST_KNOTS, t_end / FEWEST_KNOTS);
+        let mut t = t_start;
+        let mut last: Option<(f32, Rgb)> = None;
+        self.push(t_start, 0.0, Place { t: t_start, strength: 0.0, g: 0.0, point: 0 });
+        loop {
+            let knot = self.at(t, media, last);
+            self.push(t, knot.value, knot.place);
+            if t >= t_stop || self.depth.min_channel() > DEEPEST {
+                self.push(t, 0.0, Place { strength: 0.0, ..knot.place });
+                break;
+            }
+            last = Some((t, knot.extinction));
+            let next = t + knot.step.clamp(least, most);
+            t = if next + 1e-3 * least < t_stop { next } else { t_stop };
+        }
+    }
+
+    fn push(&mut self, t: f32, value: f32, place: Place) {
+        self.density.shared.push(t, value);
+        if self.has_beams {
+            self.density.places.push(place);
+        }
+    }
+
+    fn at(&mut self, t: f32, media: &[MediumId], last: Option<(f32, Rgb)>) -> Knot {
+        let p = self.ray.origin + self.ray.direction * t;
+        self.lookups += 1;
+        let (point, radius) = self.cache.nearest(p);
+        // Where there are but beams, media alone say how far knots are apart.
+        let radius = if self.only_beams { f32::INFINITY } else { radius };
+        let (mut extinction, mut scattered, mut all) = (Rgb::BLACK, Rgb::BLACK, Rgb::BLACK);
+        let (mut g_sum, mut sum) = (0.0, 0.0);
+        self.angle = self.angle.min((SAME_RADII * radius / t).max(SAME_RAY));
+        for &id in media {
+            let medium = self.world.medium(id);
+            if matches!(medium, Medium::Grid(_)) {
+                self.angle = SAME_RAY;
+            }
+            let MediumPoint { absorption, scattering, .. } = medium.point(p);
+            extinction += absorption + scattering;
+            if !scattering.is_black() {
+                let g = medium.g();
+                scattered += scattering * self.cache.scattered(&self.world.lights, point, p, g);
+                all += scattering;
+                (g_sum, sum) = (g_sum + g * scattering.luminance(), sum + scattering.luminance());
+            }
+        }
+        if let Some((before, of_before)) = last {
+            self.depth += (of_before + extinction) * (0.5 * (t - before));
+        }
+        let arriving = self.depth.map(|tau| (-tau).exp());
+        let luminance = |value: Rgb| {
+            let value = (value * arriving).luminance();
+            if value > 0.0 { value.min(f32::MAX) } else { 0.0 }
+        };
+        let place = Place { t, strength: luminance(all), g: if sum > 0.0 { g_sum / sum } else { 0.0 }, point };
+        let free = KNOT_DEPTH / extinction.max_channel();
+        Knot { extinction, value: luminance(scattered), step: (KNOT_RADII * radius).min(free), place }
+    }
+}
