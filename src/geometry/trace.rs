@@ -53,6 +53,25 @@ pub struct BoundaryCrossing {
     pub entering: bool,
 }
 
+/// Puts crossings in order of distance, ties by shape and instance; each once. Where a ray enters and leaves the same region at one
+/// distance, nothing of it lies between: both are left out, whichever would come first (a box without thickness, a corner just touched).
+pub(super) fn put_in_order(crossings: &mut Vec<BoundaryCrossing>) {
+    crossings.sort_unstable_by(|a, b| {
+        a.t.total_cmp(&b.t).then_with(|| (a.shape, a.instance, a.entering).cmp(&(b.shape, b.instance, b.entering)))
+    });
+    // Both triangles of a shared edge report the crossing; so may one triangle, twice.
+    crossings.dedup_by(|a, b| (a.t, a.shape, a.instance, a.entering) == (b.t, b.shape, b.instance, b.entering));
+    let is_pair = |a: &BoundaryCrossing, b: &BoundaryCrossing| (a.t, a.shape, a.instance) == (b.t, b.shape, b.instance);
+    if crossings.windows(2).any(|pair| is_pair(&pair[0], &pair[1])) {
+        let all = std::mem::take(crossings);
+        let alone = |i: usize| {
+            let before = i.checked_sub(1).is_some_and(|before| is_pair(&all[before], &all[i]));
+            !before && all.get(i + 1).is_none_or(|after| !is_pair(&all[i], after))
+        };
+        crossings.extend((0..all.len()).filter(|&i| alone(i)).map(|i| all[i]));
+    }
+}
+
 /// Which library traces the rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -6,6 +6,7 @@
 #![allow(dead_code)] // each test binary uses its part
 
 pub mod blocks;
+pub mod media;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -19,6 +19,7 @@ use ::embree::{Candidate, Device, Error};
 
 use self::structure::Structure;
 use super::shape::{Shape, ShapeKind};
+use super::trace::put_in_order;
 use super::trace::{Opacity, TraceError};
 use super::{BoundaryCrossing, Geometry, Ray, RayHit};
 
@@ -72,7 +73,7 @@ impl EmbreeTracer {
         self.opaque.scene.occluded(&embree_ray(ray))
     }
 
-    /// All boundary crossings in (0, `ray.t_max`) in order of distance, ties by shape and instance.
+    /// All boundary crossings in (0, `ray.t_max`) in the order of [`put_in_order`].
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         crossings.clear();
         let Some(boundaries) = &self.boundaries else {
@@ -83,11 +84,7 @@ impl EmbreeTracer {
             let entering = is_entering(&self.geometry.shapes[shape.0 as usize], candidate);
             crossings.push(BoundaryCrossing { t: candidate.hit.t, shape, instance, entering });
         });
-        crossings.sort_unstable_by(|a, b| {
-            a.t.total_cmp(&b.t).then_with(|| (a.shape, a.instance, a.entering).cmp(&(b.shape, b.instance, b.entering)))
-        });
-        // Both triangles of a shared edge report the crossing; so may one triangle, twice.
-        crossings.dedup_by(|a, b| (a.t, a.shape, a.instance, a.entering) == (b.t, b.shape, b.instance, b.entering));
+        put_in_order(crossings);
     }
 
     /// Bytes that Embree holds. Vertices and indices are mostly read where [`Geometry`] has them and do not count.

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use self::bvh::Bvh;
 use self::group::{Group, LocalHit, LocalRay, Mask};
+use super::trace::put_in_order;
 use super::trace::{Opacity, TraceError};
 use super::{BoundaryCrossing, Geometry, InstanceId, MotionTransform, Ray, RayHit, ShapeId, affine};
 
@@ -193,12 +194,7 @@ impl NativeTracer {
             group.all(geometry, local, *limit, |hit| add(hit, Some(instance), local.direction));
             false
         });
-        crossings.sort_unstable_by(|a, b| {
-            a.t.total_cmp(&b.t)
-                .then(a.shape.cmp(&b.shape))
-                .then(a.instance.cmp(&b.instance))
-                .then(a.entering.cmp(&b.entering))
-        });
+        put_in_order(crossings);
     }
 
     /// Bytes held by the hierarchies.

@@ -113,9 +113,8 @@ impl<'a> GridMajorants<'a> {
     /// The cell in which the walk stands: where the ray leaves it, and its bound. Moves on to the next cell.
     #[inline]
     fn step(&mut self) -> (f64, f32) {
-        let (shift, bound) = self.cells.cell(self.voxel);
-        let corner = (self.voxel >> shift as i32) << shift as i32;
-        let edge = (1i64 << shift) as f64;
+        let (corner, size, bound) = self.cells.cube(self.voxel);
+        let edge = size as f64;
         let low = corner.as_dvec3();
         let mut exit = f64::INFINITY;
         let mut exit_axis = 3;
@@ -135,7 +134,7 @@ impl<'a> GridMajorants<'a> {
             self.stage = Stage::After;
             return (self.t_leave, bound);
         }
-        let cell_high = corner.saturating_add(IVec3::splat(((1i64 << shift) - 1) as i32));
+        let cell_high = corner.saturating_add(IVec3::splat((size - 1) as i32));
         let at = floor(self.origin + self.direction * exit).clamp(corner, cell_high);
         for axis in 0..3 {
             let d = self.direction[axis];

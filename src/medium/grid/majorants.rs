@@ -5,11 +5,13 @@
 //! that rounding of a ray's points in single precision cannot lead past it.
 
 use glam::IVec3;
+use rayon::prelude::*;
 
 use super::blocks::{BLOCK_SHIFT, BlockMap, CoordMap, block_of};
+use super::clearance;
 use super::sparse::{LEAF_EDGE, LEAF_SIZE, SparseGrid, Voxel};
 
-const CELLS: usize = 4096;
+pub(super) const CELLS: usize = 4096;
 const UNIFORM: u32 = 1 << 31;
 const ROOT_SHIFT: u32 = 12;
 /// The sizes (log2) at which a scattered grid knows what is empty, coarsest first.
@@ -23,6 +25,8 @@ struct Node {
     fine: [f32; CELLS],
     /// Of each cell of 32³ voxels: its bound if all fine cells in it have the same; NaN otherwise.
     middle: [f32; 64],
+    /// Of each cell of 8³ voxels that is empty: how many cells away the nearest other is; 0 of others. See [`clearance`].
+    clear: [u8; CELLS],
 }
 
 /// Collects bounds; cells not raised keep the background's.
@@ -49,7 +53,7 @@ pub struct Majorants {
     bounds: Option<(IVec3, IVec3)>,
 }
 
-fn fine_slot(cell: IVec3) -> usize {
+pub(super) fn fine_slot(cell: IVec3) -> usize {
     let at: IVec3 = cell & 15i32;
     ((at.x << 8) | (at.y << 4) | at.z) as usize
 }
@@ -209,7 +213,7 @@ impl MajorantsBuilder {
             match fine {
                 Some(fine) if fine.iter().any(|&v| v != fine[0]) => {
                     pairs.push((block, nodes.len() as u32));
-                    nodes.push(Box::new(Node { middle: uniform_middles(&fine), fine: *fine }));
+                    nodes.push(Box::new(Node { middle: uniform_middles(&fine), fine: *fine, clear: [0; CELLS] }));
                 }
                 fine => {
                     pairs.push((block, uniform.len() as u32 | UNIFORM));
@@ -229,7 +233,7 @@ impl MajorantsBuilder {
         } else {
             Vec::new()
         };
-        Majorants {
+        let mut majorants = Majorants {
             blocks,
             nodes,
             uniform,
@@ -238,7 +242,9 @@ impl MajorantsBuilder {
             background: self.background,
             largest,
             bounds: self.bounds,
-        }
+        };
+        majorants.measure_clearances();
+        majorants
     }
 }
 
@@ -302,6 +308,29 @@ impl Majorants {
         }
     }
 
+    /// Notes for every empty cell how far it is to one that is not.
+    fn measure_clearances(&mut self) {
+        // Scattered grids have other means; and a cube must not reach beyond all numbers.
+        if !self.occupied.is_empty() {
+            return;
+        }
+        let is_within = |block: IVec3| block.abs().max_element() < (1 << (31 - BLOCK_SHIFT)) - 1;
+        let of_nodes: Vec<(IVec3, u32)> =
+            self.blocks.iter().filter(|&(block, code)| code & UNIFORM == 0 && is_within(block)).collect();
+        let measured: Vec<(u32, [u8; CELLS])> = of_nodes
+            .into_par_iter()
+            .map(|(block, node)| {
+                let is_empty = |other: IVec3, slot: usize| {
+                    self.block(other).map_or_else(|node| node.fine[slot], |bound| bound) == self.background
+                };
+                (node, clearance::measure(block, is_empty))
+            })
+            .collect();
+        for (node, clear) in measured {
+            self.nodes[node as usize].clear = clear;
+        }
+    }
+
     /// A box of voxels, inclusive, around all cells whose bound is above `least`, which is not below the background.
     pub fn box_above(&self, least: f32) -> Option<(IVec3, IVec3)> {
         let cube = |low: IVec3, edge: i32| (low, low.saturating_add(IVec3::splat(edge - 1)));
@@ -332,6 +361,32 @@ impl Majorants {
     /// The bound where nothing is stored.
     pub fn background(&self) -> f32 {
         self.background
+    }
+
+    /// A cube of one bound around the voxel, as large as is known: low corner, edge, and the bound.
+    #[inline]
+    pub fn cube(&self, voxel: IVec3) -> (IVec3, i64, f32) {
+        if self.occupied.is_empty()
+            && let Some(code) = self.blocks.get(block_of(voxel))
+            && code & UNIFORM == 0
+        {
+            let node = &self.nodes[code as usize];
+            let cell: IVec3 = voxel >> 3i32;
+            let slot = fine_slot(cell);
+            let at: IVec3 = (cell >> 2i32) & 3i32;
+            let bound = node.fine[slot];
+            let is_mixed = node.middle[((at.x << 4) | (at.y << 2) | at.z) as usize].is_nan();
+            let around = if bound == self.background { i32::from(node.clear[slot]) - 1 } else { 0 };
+            return if around >= 2 || (around == 1 && is_mixed) {
+                ((cell - around) << 3i32, i64::from(8 * (2 * around + 1)), bound)
+            } else if is_mixed {
+                (cell << 3i32, 8, bound)
+            } else {
+                ((cell >> 2i32) << 5i32, 32, bound)
+            };
+        }
+        let (shift, bound) = self.cell(voxel);
+        ((voxel >> shift as i32) << shift as i32, 1 << shift, bound)
     }
 
     /// The largest known cell of one bound that holds the voxel: log2 of its edge, and the bound.

@@ -1,11 +1,12 @@
 //! Media given by grids: sparse bricks of voxels ([`sparse`]), where they lie ([`map`], [`field`]), what they emit
-//! ([`emission`]), bounds of their extinction ([`majorants`]) raised to how densely emission is gathered ([`gathering`]), and how a ray is led
+//! ([`emission`]), bounds of their extinction ([`majorants`]) with what is empty around them ([`clearance`]), raised to how densely emission is gathered ([`gathering`]), and how a ray is led
 //! along them ([`dda`]).
 //!
 //! Everything but reading .vdb files ([`mod@file`]) is plain Rust and exists without the feature `openvdb`.
 
 pub mod blocks;
 mod bounds;
+mod clearance;
 pub mod dda;
 pub mod emission;
 pub mod energy;

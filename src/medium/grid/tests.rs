@@ -117,6 +117,31 @@ fn bounds_hold_along_random_rays() {
 }
 
 #[test]
+fn bounds_hold_across_empty_space() {
+    for (share, place) in [(0.01, DVec3::ZERO), (0.0005, DVec3::splat(-300.0))] {
+        let mut stream = Stream::from_seed(5);
+        let leaves = (0..40i32.pow(3)).map(|i| IVec3::new(i / 1600, i / 40 % 40, i % 40) * 8 - 64);
+        let origins: Vec<IVec3> = leaves.filter(|_| f64::from(stream.next_f32()) < share).collect();
+        let values = vec![1.0f32; 512 * origins.len()];
+        let map = affine(0.2, place);
+        let medium = GridMedium::new(parts(SparseGrid::new(0.0, origins.clone(), values, vec![]), map));
+        let centre = map.to_render(DVec3::splat(96.0)).as_vec3();
+        let (points, dense) = check_rays(&medium, centre, 50.0, 20_000, 3);
+        assert!(dense * 2000 > points, "{dense} of {points} points met something");
+        // Rays past everything but one leaf, from outside: they find it.
+        for &origin in &origins {
+            let target = map.to_render(origin.as_dvec3() + 3.5).as_vec3();
+            let from = target + direction(&mut stream) * 60.0;
+            let to = (target - from).normalize();
+            let at = from.distance(target);
+            let mut segments = medium.majorants(from, to, 0.0, 100.0);
+            let there = segments.find(|segment| segment.t_end > at).expect("the ray goes on");
+            assert!(there.majorant > 0.0, "{origin}");
+        }
+    }
+}
+
+#[test]
 fn bounds_hold_in_frustums_and_with_direct_emission() {
     let (origins, values) = blob(5, IVec3::ZERO, 3);
     let frustum = Frustum { min: DVec3::ZERO, max: DVec3::splat(40.0), taper: 0.4, depth: 1.5 };
