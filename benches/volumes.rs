@@ -161,7 +161,7 @@ type Track = fn(&World, &Ray, &mut Stream, &mut Scratch);
 
 fn flight(world: &World, ray: &Ray, stream: &mut Stream, scratch: &mut Scratch) {
     let mut path = PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: 0, links: None };
-    let vertex = sample_flight(world, ray, &mut path, stream, scratch, |weight, _, emission, _| {
+    let vertex = sample_flight(world, ray, &mut path, true, stream, scratch, |weight, _, emission, _| {
         std::hint::black_box(weight.alone() * emission);
     });
     std::hint::black_box(vertex.is_some());
@@ -178,5 +178,6 @@ fn run(world: &World, rays: &[Ray], seed: u64, track: Track) -> u64 {
     for ray in rays {
         track(world, ray, &mut stream, &mut scratch);
     }
-    scratch.counters.flight_steps + scratch.counters.transmittance_steps
+    let counters = scratch.counters;
+    counters.flight_steps + counters.transmittance_steps + counters.emission_points
 }

@@ -15,6 +15,10 @@
 /// Where it is dense enough to hide itself, all are alike.
 pub const POINTS: f64 = 16.0;
 
+/// Points for each tentative collision, where these are closer together than other points would be: what is seen of a fire that hides itself is a
+/// few free paths deep.
+const PER_COLLISION: f32 = 1.0;
+
 /// How the rate grows with emission.
 pub const EXPONENT: f64 = 0.5;
 
@@ -38,11 +42,12 @@ impl Gathering {
         f64::from(bound).powf(EXPONENT)
     }
 
-    /// Points per unit length: above 0 wherever there is emission.
-    pub fn rate(&self, bound: f32) -> f32 {
+    /// Points per unit length where `extinction` bounds μ_t: above 0 wherever there is emission.
+    pub fn rate(&self, bound: f32, extinction: f32) -> f32 {
         if bound > 0.0 {
             // A product that is NaN or infinite (no typical ray is known) is the ceiling.
-            ((self.factor * Self::measure(bound)) as f32).max(f32::MIN_POSITIVE).min(self.ceiling)
+            let own = ((self.factor * Self::measure(bound)) as f32).max(f32::MIN_POSITIVE);
+            own.max(PER_COLLISION * extinction).min(self.ceiling)
         } else {
             0.0
         }

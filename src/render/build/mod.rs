@@ -110,6 +110,7 @@ pub fn build_world(
         lights,
         light_choice: LightChoice::Pilot,
         fog_glows: media.media.iter().any(|m| matches!(m, Medium::Homogeneous(_)) && m.is_emissive()),
+        fires: World::around_fires(&media.media),
         media: media.media,
         media_links: media.links,
         volume_files: media.volume_files,
