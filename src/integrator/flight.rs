@@ -172,7 +172,7 @@ fn sample_stretch(
     }
     let Ray { origin, direction, .. } = *ray;
     let glows = if grids_glow && world.fires.is_some() { regions.media() } else { &[] };
-    let mut points = EmissionPoints::new(&world.media, glows, origin, direction, stretch, || stream.next_f32());
+    let mut points = EmissionPoints::new(&world.media, glows, ray, stretch, || stream.next_f32());
     let mut tracker = Tracker::new(&world.media, regions.media(), origin, direction, stretch, stream);
     loop {
         let collision = tracker.next(stream);

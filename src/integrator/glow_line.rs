@@ -35,6 +35,10 @@ use crate::medium::{Medium, MediumId, MediumPoint};
 /// Between two points μ_c² ∫dt / μ̄ goes no further: the log of the second moment of what a wholly wrong control makes of the transmittance there.
 const MOST_DEPTH: f64 = 1.0;
 
+/// Distance of points, by that of the rays and lines that others find too. Half of it takes off a sixth of the image's error² in the scene `fire`
+/// and, but for the worst 0.1 % of the pixels, in `torch`, nothing in `explosion`; a path has one such line and many of the others.
+const STRIDE: f64 = 0.5;
+
 /// Below this transmittance, Russian roulette decides whether the line goes on: so late because what glows behind smoke is often much brighter than
 /// what glows in front of it.
 const ROULETTE_BELOW: f32 = 0.01;
@@ -101,7 +105,7 @@ impl Line<'_> {
                 Medium::Grid(medium) => {
                     let collisions = medium.majorants(ray.origin, ray.direction, stretch[0], stretch[1]);
                     let u = || self.u.take().unwrap_or_else(|| stream.next_f32());
-                    let points = PointWalk::new(&world.media, id, ray.origin, ray.direction, stretch, u);
+                    let points = PointWalk::new(&world.media, id, ray, stretch, STRIDE, u);
                     grids.push(GridLine::new(medium, collisions, stretch[0], points, stream));
                 }
             }
@@ -196,8 +200,8 @@ impl<'m> GridLine<'m> {
         counters.emission_points += 1;
         let found = self.medium.point(ray.origin + ray.direction * point.t);
         let here = found.absorption + found.scattering;
-        // Before the first point nothing is known, but that what glows begins about where the point would not be any nearer.
-        let from = before.map_or(t - 0.5 / f64::from(point.rate), |before| before.t);
+        // Before the first point nothing is known, but about where the glow begins.
+        let from = before.map_or_else(|| t - points.first_depth() / f64::from(points.rate()), |before| before.t);
         (self.control, self.from, self.span) = ((self.last + here) * 0.5, from, t - from);
         self.last = here;
         self.ahead = Some(Ahead { t, rate: point.rate, found });

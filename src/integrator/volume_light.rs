@@ -79,7 +79,7 @@ fn gather_stretch(
 ) -> bool {
     let Ray { origin, direction, t_max, .. } = *ray;
     let glows = if media.contains(&emitter) { &[emitter][..] } else { &[] };
-    let mut points = EmissionPoints::new(&world.media, glows, origin, direction, stretch, || stream.next_f32());
+    let mut points = EmissionPoints::new(&world.media, glows, ray, stretch, || stream.next_f32());
     let mut tracker = Tracker::new(&world.media, media, origin, direction, stretch, stream);
     loop {
         let collision = tracker.next(stream);

@@ -7,11 +7,11 @@
 //! 1977, chapter 8: systematic sampling.) What is known of the way up to a point may be multiplied in if it does not depend on u.
 
 use arrayvec::ArrayVec;
-use glam::Vec3;
 
 use super::regions::MAX_OVERLAP;
 use super::walk::Walk;
 use super::{Medium, MediumId};
+use crate::geometry::Ray;
 
 /// A point of a ray that gathers emission.
 #[derive(Clone, Copy, Debug)]
@@ -28,28 +28,32 @@ pub struct EmissionPoint {
 pub(crate) struct PointWalk<'m> {
     medium: MediumId,
     walk: Walk<'m>,
+    stride: f64,
+    first_depth: f64,
 }
 
 impl<'m> PointWalk<'m> {
-    /// The points between `t_start` and `t_end`; `None` where `medium` has none. `u` is from 0 to 1, 1 excluded, and is asked for where it glows.
+    /// The points between `t_start` and `t_end`, `stride` times as far apart as the rate says; `None` where `medium` has none. `u` is from 0 to 1, 1
+    /// excluded, and is asked for where it glows.
     #[inline]
     pub fn new(
         media: &'m [Medium],
         medium: MediumId,
-        origin: Vec3,
-        direction: Vec3,
+        ray: &Ray,
         [t_start, t_end]: [f32; 2],
+        stride: f64,
         u: impl FnOnce() -> f32,
     ) -> Option<Self> {
-        let rates = media[medium.0 as usize].gathering_rates(origin, direction, t_start, t_end)?;
+        let rates = media[medium.0 as usize].gathering_rates(ray.origin, ray.direction, t_start, t_end)?;
         let mut walk = Walk::new(rates, t_start);
-        walk.advance(f64::from(u())).then_some(Self { medium, walk })
+        let first_depth = f64::from(u()) * stride;
+        walk.advance(first_depth).then_some(Self { medium, walk, stride, first_depth })
     }
 
     /// The point where it stands.
     #[inline]
     pub fn point(&self) -> EmissionPoint {
-        EmissionPoint { t: self.walk.t() as f32, medium: self.medium, rate: self.walk.rate() }
+        EmissionPoint { t: self.walk.t() as f32, medium: self.medium, rate: self.walk.rate() / self.stride as f32 }
     }
 
     /// How far that is, as exactly as it is known.
@@ -58,10 +62,22 @@ impl<'m> PointWalk<'m> {
         self.walk.t()
     }
 
+    /// The rate there, whatever the stride.
+    #[inline]
+    pub fn rate(&self) -> f32 {
+        self.walk.rate()
+    }
+
+    /// The integral of the rate up to the first point.
+    #[inline]
+    pub fn first_depth(&self) -> f64 {
+        self.first_depth
+    }
+
     /// Moves on to the next point; false where there is none.
     #[inline]
     pub fn proceed(&mut self) -> bool {
-        self.walk.advance(1.0)
+        self.walk.advance(self.stride)
     }
 }
 
@@ -69,20 +85,19 @@ impl<'m> PointWalk<'m> {
 pub struct EmissionPoints<'m>(ArrayVec<PointWalk<'m>, { MAX_OVERLAP + 1 }>);
 
 impl<'m> EmissionPoints<'m> {
-    /// The points of those media of `active` that glow.
+    /// The points of those media of `active` that glow, as dense as their rates say.
     #[inline]
     pub fn new(
         media: &'m [Medium],
         active: &[MediumId],
-        origin: Vec3,
-        direction: Vec3,
+        ray: &Ray,
         stretch: [f32; 2],
         mut u: impl FnMut() -> f32,
     ) -> Self {
         // Filled in place, as trackers are.
         let mut points = Self(ArrayVec::new());
         for &medium in active {
-            points.0.extend(PointWalk::new(media, medium, origin, direction, stretch, &mut u));
+            points.0.extend(PointWalk::new(media, medium, ray, stretch, 1.0, &mut u));
         }
         points
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
 use crate::math::Rgb;
@@ -24,7 +24,7 @@ fn emission(z: usize) -> f32 {
 
 fn column(values: impl Fn(usize) -> f32) -> Field<AnyGrid> {
     let values: Vec<f32> = (0..LENGTH).map(values).collect();
-    let grid = ScalarGrid::Single(Arc::new(SparseGrid::from_dense([1, 1, LENGTH], |i| values[i], 0.0)));
+    let grid = ScalarGrid::Single(Arc::new(SparseGrid::from_dense([1, 1, LENGTH as u32], |i| values[i], 0.0)));
     let map = IndexMap::new(DAffine3::IDENTITY, None).expect("the identity can be inverted");
     Field { grid: AnyGrid::Scalar(grid), map, scale: 1.0, offset: 0.0 }
 }
@@ -48,15 +48,16 @@ fn fire(values: impl Fn(usize) -> f32) -> Medium {
     })))
 }
 
-const ALONG: (Vec3, Vec3) = (Vec3::new(0.0, 0.0, -3.0), Vec3::Z);
+const ALONG: Ray =
+    Ray { origin: Vec3::new(0.0, 0.0, -3.0), direction: Vec3::Z, t_max: f32::INFINITY, time: 0.0, opacity_seed: 0 };
 
 /// The points of all media for one u, and what they add up to.
 fn points(media: &[Medium], stretch: [f32; 2], u: &mut impl FnMut() -> f32) -> (Vec<EmissionPoint>, f64) {
     let active: Vec<MediumId> = (0..media.len() as u32).map(MediumId).collect();
-    let mut points = EmissionPoints::new(media, &active, ALONG.0, ALONG.1, stretch, u);
+    let mut points = EmissionPoints::new(media, &active, &ALONG, stretch, u);
     let all: Vec<_> = std::iter::from_fn(|| points.next_before(f64::INFINITY)).collect();
     let value = |point: &EmissionPoint| {
-        let p = ALONG.0 + ALONG.1 * point.t;
+        let p = ALONG.origin + ALONG.direction * point.t;
         f64::from(media[point.medium.0 as usize].point(p).emission[0]) / f64::from(point.rate)
     };
     let sum = all.iter().map(value).sum();
@@ -86,9 +87,9 @@ fn sums_are_unbiased_where_emission_varies() {
 fn their_number_is_that_of_the_rate_and_they_are_in_order() {
     let other = |z: usize| if z > 120 { emission(LENGTH - 1 - z) } else { 0.0 };
     let media = [fire(emission), fire(other)];
-    let rates = |medium: &Medium| {
+    let rates = |medium: &Medium| -> f64 {
         let mut last = 0.0;
-        let rates = medium.gathering_rates(ALONG.0, ALONG.1, 0.0, 300.0).expect("it glows");
+        let rates = medium.gathering_rates(ALONG.origin, ALONG.direction, 0.0, 300.0).expect("it glows");
         rates
             .map(|s| f64::from(s.majorant) * (f64::from(s.t_end) - std::mem::replace(&mut last, f64::from(s.t_end))))
             .sum()
