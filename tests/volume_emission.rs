@@ -30,12 +30,16 @@ const GLOW: [f64; 8] = [1.0, 0.0, 0.1, 0.5, 0.02, 1.0, 0.0, 0.3];
 
 /// A column of grid cells with these densities and radiances.
 fn flame(scale: f64, radiance: f64) -> String {
+    flame_of("f", scale, radiance, &GLOW)
+}
+
+fn flame_of(name: &str, scale: f64, radiance: f64, glow: &[f64]) -> String {
     format!(
-        "MakeNamedMedium \"f\" \"string type\" \"uniformgrid\" \"integer nx\" 1 \"integer ny\" 1 \"integer nz\" 8
+        "MakeNamedMedium \"{name}\" \"string type\" \"uniformgrid\" \"integer nx\" 1 \"integer ny\" 1 \"integer nz\" 8
          \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1] \"rgb sigma_a\" [1 2 0.5] \"rgb sigma_s\" [0 0 0] \"float scale\" {scale}
          \"float density\" [{}] \"float Lescale\" [{}] \"rgb Le\" [{} {radiance} {}]\n",
         list(&DENSITY),
-        list(&GLOW),
+        list(glow),
         0.5 * radiance,
         3.0 * radiance
     )
@@ -43,13 +47,24 @@ fn flame(scale: f64, radiance: f64) -> String {
 
 /// The radiance that leaves it towards −z, per channel: ∫ e^{−τ(z)} μ_a L_e dz.
 fn expected(scale: f64, radiance: f64) -> [f64; 3] {
-    let of = |sigma: f64, le: f64| {
-        let depth = |z: f64| integrate(-1.0, z, 64, |z| scale * sigma * sampled(&DENSITY, z));
-        integrate(-1.0, 1.0, 64, |z| {
-            (-depth(z)).exp() * scale * sigma * sampled(&DENSITY, z) * le * radiance * sampled(&GLOW, z)
-        })
-    };
-    [of(1.0, 0.5), of(2.0, 1.0), of(0.5, 3.0)]
+    expected_from(-1.0, 1.0, scale, radiance)
+}
+
+const SIGMA: [f64; 3] = [1.0, 2.0, 0.5];
+const COLOUR: [f64; 3] = [0.5, 1.0, 3.0];
+
+/// The same of what is seen from z = `from`, looking to `to`.
+fn expected_from(from: f64, to: f64, scale: f64, radiance: f64) -> [f64; 3] {
+    std::array::from_fn(|c| {
+        let mu = |z: f64| scale * SIGMA[c] * sampled(&DENSITY, z);
+        seen(from, to, mu, |z| mu(z) * COLOUR[c] * radiance * sampled(&GLOW, z))
+    })
+}
+
+/// ∫ e^{−τ} e ds from `from` to `to`, τ being the depth from `from` on.
+fn seen(from: f64, to: f64, extinction: impl Fn(f64) -> f64, emission: impl Fn(f64) -> f64) -> f64 {
+    let depth = |z: f64| integrate(from, z, 64, &extinction).abs();
+    integrate(from, to, 64, |z| (-depth(z)).exp() * emission(z)).abs()
 }
 
 /// A medium of extinction 1e-6 is met by one ray in a million; its glow is seen by all, with less noise than the glow is bright.
@@ -68,17 +83,59 @@ fn flames_glow_as_quadrature_says_however_thin_they_are() {
     }
 }
 
-/// What is a thousand times as bright takes no more steps.
+/// From within, to either side.
+#[test]
+fn a_camera_inside_a_fire_sees_what_is_ahead() {
+    let world = format!("{}{}", flame(3.0, 1.0), boundary("f", "", CUBE));
+    for (from, to) in [(-0.3, 1.0), (0.4, -1.0), (0.4, 1.0)] {
+        let shot = Shot { from: [0.0, 0.0, from], to: [0.0, 0.0, 2.0 * to], ..along_z(1) };
+        shot.assert(&format!("from {from}"), &world, 2048, expected_from(from, to, 3.0, 1.0), 0.01);
+    }
+}
+
+/// Two fires, of which the second is bright where the first is dark, and fog in one box: emission and extinction add up.
+#[test]
+fn fires_that_overlap_add_up() {
+    let other: [f64; 8] = std::array::from_fn(|i| 1.0 - GLOW[i]);
+    let (glow, thick) = ([0.1, 0.2, 0.3], [0.4, 0.1, 0.9]);
+    let fog = "MakeNamedMedium \"h\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.4 0.1 0.9] \"rgb sigma_s\" [0 0 0] \"rgb Le\" [0.1 0.2 0.3]\n";
+    let boxes: String = ["f", "g", "h"].map(|name| boundary(name, "", CUBE)).concat();
+    let world = format!("{}{}{fog}{boxes}", flame(1.5, 1.0), flame_of("g", 0.2, 20.0, &other));
+    let expected = std::array::from_fn(|c| {
+        let of = |scale: f64, z: f64| scale * SIGMA[c] * sampled(&DENSITY, z);
+        let emission = |z: f64| {
+            let fires = of(1.5, z) * sampled(&GLOW, z) + of(0.2, z) * 20.0 * sampled(&other, z);
+            COLOUR[c] * fires + thick[c] * glow[c]
+        };
+        seen(-1.0, 1.0, |z| of(1.7, z) + thick[c], emission)
+    });
+    along_z(1).assert("overlapping", &world, 4096, expected, 0.01);
+}
+
+/// Through a fire into a mirror behind it, and back through the fire: the line ends at the mirror and a new one begins there.
+#[test]
+fn a_mirror_shows_a_fire_from_behind() {
+    let mirror =
+        "AttributeBegin Translate 0 0 2 Material \"conductor\" \"rgb reflectance\" [1 1 1] \"float roughness\" 0
+        Shape \"disk\" \"float radius\" 1 AttributeEnd\n";
+    let world = format!("{}{}{mirror}", flame(0.5, 1.0), boundary("f", "", CUBE));
+    let (there, back) = (expected_from(-1.0, 1.0, 0.5, 1.0), expected_from(1.0, -1.0, 0.5, 1.0));
+    let passed = |c: usize| (-integrate(-1.0, 1.0, 64, |z| 0.5 * SIGMA[c] * sampled(&DENSITY, z))).exp();
+    let expected = std::array::from_fn(|c| there[c] + passed(c) * back[c]);
+    along_z(3).assert("mirror", &world, 4096, expected, 0.01);
+}
+
+/// What is a thousand times as bright takes no more points.
 #[test]
 fn the_unit_of_radiance_does_not_matter() {
     let steps = |radiance: f64| {
         let world = format!("{}{}", flame(0.5, radiance), boundary("f", "", CUBE));
-        along_z(1).render(&world, &Options::default()).counters.flight_steps
+        along_z(1).render(&world, &Options::default()).counters.emission_points
     };
     let (dim, bright) = (steps(1e-3) as f64, steps(1e6) as f64);
     assert!((dim / bright - 1.0).abs() < 0.01, "{dim} and {bright}");
     // 64 × 64 rays, at most about one point for each of the 8 voxels.
-    assert!((2.0..10.0).contains(&(bright / 4096.0)), "{bright} steps");
+    assert!((2.0..10.0).contains(&(bright / 4096.0)), "{bright} points");
 }
 
 /// Nothing but radiance 1 in and around a room whose walls shine with it, whatever is in the room emits as it absorbs.
@@ -136,7 +193,9 @@ fn extremes_end() {
         ] {
             let outcome = along_z(3).render(&world, &Options { spp: 4, ..Options::default() });
             let (mean, _) = image_mean(&outcome.film);
-            assert!(outcome.counters.flight_steps <= most * 256, "{what}: {} steps", outcome.counters.flight_steps);
+            let counters = outcome.counters;
+            let steps = counters.flight_steps + counters.transmittance_steps + counters.emission_points;
+            assert!(steps <= most * 256, "{what}: {steps} steps");
             assert_eq!(outcome.film.rejected().0, 0, "{what}: {mean:?}");
             assert!(mean.iter().all(|m| m.is_finite()), "{what}: {mean:?}");
         }

@@ -11,7 +11,7 @@ pub type Track = fn(&World, &Ray, &mut Stream, &mut Scratch) -> f32;
 /// Delta tracking: 1 where nothing scatters.
 pub fn flight(world: &World, ray: &Ray, stream: &mut Stream, scratch: &mut Scratch) -> f32 {
     let mut path = PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: 0, links: None };
-    let vertex = sample_flight(world, ray, &mut path, stream, scratch, |weight, _, emission, _| {
+    let vertex = sample_flight(world, ray, &mut path, true, stream, scratch, |weight, _, emission, _| {
         std::hint::black_box(weight.alone() * emission);
     });
     f32::from(u8::from(vertex.is_none()))

@@ -20,6 +20,8 @@ pub struct Counters {
     pub flight_steps: u64,
     /// Tentative collisions while estimating transmittance.
     pub transmittance_steps: u64,
+    /// Points where the emission of media given by grids was gathered.
+    pub emission_points: u64,
     /// Path vertices on surfaces.
     pub surface_vertices: u64,
     /// Path vertices in media.
@@ -41,6 +43,7 @@ impl Counters {
         let beams = 6 * self.beam_crossings;
         let rays = 10 * self.closest_rays + 11 * self.shadow_rays + 6 * self.boundary_rays;
         let vertices = 2 * (self.surface_vertices + self.medium_vertices + self.cache_lookups);
-        rays + beams + vertices + 4 * self.flight_steps + 6 * self.transmittance_steps
+        let steps = 4 * self.flight_steps + 6 * self.transmittance_steps + 6 * self.emission_points;
+        rays + beams + vertices + steps
     }
 }

@@ -19,9 +19,10 @@ use crate::light::LinkSet;
 use crate::math::Rgb;
 use crate::math::phase::HenyeyGreenstein;
 use crate::math::sampler::Stream;
+use crate::medium::emission_points::EmissionPoints;
 use crate::medium::regions::Regions;
 use crate::medium::tracker::{Tracker, Transmittance};
-use crate::medium::{Medium, MediumId, MediumPoint};
+use crate::medium::{MediumId, MediumPoint};
 
 /// The weight of a path and the pdfs, relative to the hero's pdf of the path.
 #[derive(Clone, Copy, Debug)]
@@ -108,13 +109,15 @@ pub struct FlightVertex {
 
 /// Follows `ray` up to `ray.t_max` (the next surface) and samples whether and where a medium scatters it. The regions of
 /// `path` are moved along, its weight is updated, and `emit` receives emission: the path's weight where it is gathered, the medium that
-/// emits (`None` for homogeneous ones, which are no lights), how much, and what is known of the lights at the last vertex.
+/// emits (`None` for homogeneous ones, which are no lights), how much, and what is known of the lights at the last vertex. Emission of media
+/// given by grids is gathered as far as the flight comes, and only where `grids_glow`.
 ///
 /// A path whose weight has become black is over.
 pub fn sample_flight(
     world: &World,
     ray: &Ray,
     path: &mut PathState,
+    grids_glow: bool,
     stream: &mut Stream,
     scratch: &mut Scratch,
     mut emit: impl FnMut(&PathWeight, Option<MediumId>, Rgb, &LightScratch),
@@ -131,7 +134,7 @@ pub fn sample_flight(
         if !path.regions.media().is_empty() && t_end > t_start {
             let Scratch { lights, counters, .. } = scratch;
             let mut emit = |weight: &PathWeight, medium, emission| emit(weight, medium, emission, lights);
-            vertex = sample_stretch(world, ray, [t_start, t_end], path, stream, counters, &mut emit);
+            vertex = sample_stretch(world, ray, [t_start, t_end], path, grids_glow, stream, counters, &mut emit);
             if vertex.is_some() || path.weight.throughput.is_black() {
                 break;
             }
@@ -147,11 +150,13 @@ pub fn sample_flight(
 }
 
 /// One stretch between boundaries: delta tracking.
+#[expect(clippy::too_many_arguments, reason = "it is the inner loop of the one above")]
 fn sample_stretch(
     world: &World,
     ray: &Ray,
     stretch: [f32; 2],
     path: &mut PathState,
+    grids_glow: bool,
     stream: &mut Stream,
     counters: &mut Counters,
     emit: &mut impl FnMut(&PathWeight, Option<MediumId>, Rgb),
@@ -165,8 +170,21 @@ fn sample_stretch(
             emit(weight, None, emission);
         }
     }
-    let mut tracker = Tracker::new(&world.media, regions.media(), ray.origin, ray.direction, stretch, stream);
-    while let Some(collision) = tracker.next(stream) {
+    let Ray { origin, direction, .. } = *ray;
+    let glows = if grids_glow && world.fires.is_some() { regions.media() } else { &[] };
+    let mut points = EmissionPoints::new(&world.media, glows, ray, stretch, || stream.next_f32());
+    let mut tracker = Tracker::new(&world.media, regions.media(), origin, direction, stretch, stream);
+    loop {
+        let collision = tracker.next(stream);
+        // Points have no part in the flight: they gather what their place emits, with what has come so far.
+        while let Some(point) = points.next_before(tracker.distance()) {
+            counters.emission_points += 1;
+            let emission = world.medium(point.medium).point(origin + direction * point.t).emission;
+            if !emission.is_black() {
+                emit(weight, Some(point.medium), emission * (1.0 / point.rate));
+            }
+        }
+        let Some(collision) = collision else { break };
         counters.flight_steps += 1;
         if let FogGlow::At { t, value } = fog
             && t <= collision.t
@@ -174,15 +192,9 @@ fn sample_stretch(
             emit(weight, None, value);
             fog = FogGlow::Gathered;
         }
-        let p = ray.origin + ray.direction * collision.t;
-        let medium = world.medium(collision.medium);
-        let MediumPoint { absorption, scattering, emission } = medium.point(p);
+        let MediumPoint { absorption, scattering, .. } =
+            world.medium(collision.medium).coefficients(origin + direction * collision.t);
         let inverse_majorant = 1.0 / collision.majorant;
-
-        // Every tentative collision gathers emission: μ_a L_e / μ̄.
-        if !emission.is_black() && matches!(medium, Medium::Grid(_)) {
-            emit(weight, Some(collision.medium), emission * inverse_majorant);
-        }
 
         // Real or null, by the hero's extinction. Absorption is not an event of its own: it goes into the weight as
         // albedo, and Russian roulette ends paths that no longer matter.

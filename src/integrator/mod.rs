@@ -4,6 +4,7 @@ pub mod counters;
 pub mod direct;
 pub mod flight;
 mod fog_glow;
+mod glow_line;
 pub mod in_scatter;
 pub mod light_choice;
 pub mod path;

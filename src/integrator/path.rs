@@ -7,6 +7,7 @@ use glam::Vec3;
 use super::counters::Counters;
 use super::direct::{DirectLight, Vertex};
 use super::flight::{FlightVertex, PathState, PathWeight, sample_flight};
+use super::glow_line;
 use super::in_scatter::{self, InScatter};
 use super::light_choice::LightScratch;
 use super::volume_light::FlightPdfs;
@@ -116,14 +117,30 @@ pub fn trace_path<const MEDIA: bool>(
                 let scattered = in_scatter::gather(world, settings, &ray, &path, random, scratch);
                 layers.add_scattered(scattered);
             }
+            let mut grids_glow = world.fires.is_some() && depth < settings.max_depth;
+            if grids_glow && sampled_from.is_none() {
+                // Nothing else finds what emits along this ray.
+                let mut stream = random.stream(index, Dimension::Glow);
+                let [u] = random.draw::<1>(index, Dimension::Glow);
+                let glow = glow_line::gather(world, &ray, &path.regions, u, &mut stream, scratch);
+                layers.add(path.weight.alone() * glow, depth, true);
+                grids_glow = false;
+            }
             let mut stream = random.stream(index, Dimension::Flight);
             let mut pdfs = FlightPdfs::new(world, &ray, sampled_from, path.links);
-            let vertex =
-                sample_flight(world, &ray, &mut path, &mut stream, scratch, |weight, medium, emission, lights| {
+            let vertex = sample_flight(
+                world,
+                &ray,
+                &mut path,
+                grids_glow,
+                &mut stream,
+                scratch,
+                |weight, medium, glow, lights| {
                     if depth < settings.max_depth {
-                        layers.add(pdfs.weight(weight, medium, lights) * emission, depth, true);
+                        layers.add(pdfs.weight(weight, medium, lights) * glow, depth, true);
                     }
-                });
+                },
+            );
             if path.weight.throughput.is_black() {
                 break;
             }

@@ -2,12 +2,14 @@
 //!
 //! Source: Simon, Hanika, Zirr, Dachsbacher, "Line Integration for Rendering Heterogeneous Emissive Volumes", EGSR 2017: a direction
 //! drawn towards one point of a fire finds all of it that lies on the line, so smoke in front of that point, or its being one of millions, makes
-//! little noise. Every tentative collision of the line is one that a flight in the same direction could have had, with the same
-//! bounds, so each is weighed by multiple importance sampling for itself (Miller, Georgiev, Jarosz 2019).
+//! little noise. Points on the line are as dense as on a flight in the same direction, and each tentative collision before them is one that the
+//! flight could have had, with the same bounds: so each point is weighed by multiple importance sampling for itself (Miller, Georgiev,
+//! Jarosz 2019).
 
 use arrayvec::ArrayVec;
 use glam::Vec3;
 
+use super::counters::Counters;
 use super::flight::PathWeight;
 use super::light_choice::LightScratch;
 use super::path::Scratch;
@@ -16,12 +18,13 @@ use crate::geometry::Ray;
 use crate::light::LinkSet;
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
+use crate::medium::MediumId;
+use crate::medium::emission_points::EmissionPoints;
 use crate::medium::regions::Regions;
 use crate::medium::tracker::{Tracker, Transmittance};
-use crate::medium::{MediumId, MediumPoint};
 
-/// Gathers the emission of `medium` along `ray` up to the first surface: `add` receives, at each of its tentative collisions, what
-/// passes from there to the ray's origin, and μ_a L_e / μ̄.
+/// Gathers the emission of `medium` along `ray` up to the first surface: `add` receives, at each point where it is gathered, what
+/// passes from there to the ray's origin, and μ_a L_e over the density of points.
 pub(super) fn gather_line(
     world: &World,
     mut ray: Ray,
@@ -46,9 +49,9 @@ pub(super) fn gather_line(
         let t_end = crossings.get(i).map_or(ray.t_max, |c| c.t);
         if !regions.media().is_empty() && t_end > t_start {
             let stretch = [t_start, t_end];
-            let steps = &mut scratch.counters.transmittance_steps;
-            let mut tracker = Tracker::new(&world.media, regions.media(), ray.origin, ray.direction, stretch, stream);
-            if !gather_stretch(world, &ray, medium, &mut tracker, stream, &mut passed, steps, &mut add) {
+            let media = regions.media();
+            let counters = &mut scratch.counters;
+            if !gather_stretch(world, &ray, media, medium, stretch, stream, &mut passed, counters, &mut add) {
                 break;
             }
         }
@@ -66,26 +69,31 @@ pub(super) fn gather_line(
 fn gather_stretch(
     world: &World,
     ray: &Ray,
+    media: &[MediumId],
     emitter: MediumId,
-    tracker: &mut Tracker<'_>,
+    stretch: [f32; 2],
     stream: &mut Stream,
     passed: &mut Transmittance,
-    steps: &mut u64,
+    counters: &mut Counters,
     add: &mut impl FnMut(&Transmittance, Rgb),
 ) -> bool {
-    while let Some(collision) = tracker.next(stream) {
-        *steps += 1;
-        let p = ray.origin + ray.direction * collision.t;
-        let medium = world.medium(collision.medium);
-        let extinction = if collision.medium == emitter {
-            let MediumPoint { absorption, scattering, emission } = medium.point(p);
+    let Ray { origin, direction, t_max, .. } = *ray;
+    let glows = if media.contains(&emitter) { &[emitter][..] } else { &[] };
+    let mut points = EmissionPoints::new(&world.media, glows, ray, stretch, || stream.next_f32());
+    let mut tracker = Tracker::new(&world.media, media, origin, direction, stretch, stream);
+    loop {
+        let collision = tracker.next(stream);
+        while let Some(point) = points.next_before(tracker.distance()) {
+            counters.emission_points += 1;
+            let emission = world.medium(emitter).point(origin + direction * point.t).emission;
             if !emission.is_black() {
-                add(passed, emission * (1.0 / collision.majorant));
+                add(passed, emission * (1.0 / point.rate));
             }
-            absorption + scattering
-        } else {
-            medium.extinction(p)
-        };
+        }
+        // Behind the last point of the last stretch there is nothing to come.
+        let Some(collision) = collision.filter(|_| !points.is_empty() || stretch[1] < t_max) else { break };
+        counters.transmittance_steps += 1;
+        let extinction = world.medium(collision.medium).extinction(origin + direction * collision.t);
         if !passed.pass(extinction.map(|mu| (1.0 - mu / collision.majorant).max(0.0)), stream) {
             return false;
         }
@@ -94,7 +102,7 @@ fn gather_stretch(
 }
 
 /// Where a ray has surely left a box, infinite without a box; `None` where it never meets it.
-fn end_of(bounds: Option<(Vec3, Vec3)>, ray: &Ray) -> Option<f32> {
+pub(super) fn end_of(bounds: Option<(Vec3, Vec3)>, ray: &Ray) -> Option<f32> {
     let Some((low, high)) = bounds else { return Some(ray.t_max) };
     let (mut enter, mut leave) = (0.0f32, ray.t_max);
     for axis in 0..3 {

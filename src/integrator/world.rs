@@ -31,6 +31,8 @@ pub struct World {
     pub media: Vec<Medium>,
     /// Whether any of them is homogeneous and emits.
     pub fog_glows: bool,
+    /// A box around all given by grids that emit, if there are any.
+    pub fires: Option<(Vec3, Vec3)>,
     /// The lights that light each of them.
     pub media_links: Vec<LinkSet>,
     /// How many of them were read from OpenVDB files.
@@ -44,6 +46,13 @@ pub struct World {
 }
 
 impl World {
+    /// Where media given by grids may emit: a box, which may be infinite; `None` where none does.
+    pub fn around_fires(media: &[Medium]) -> Option<(Vec3, Vec3)> {
+        let everywhere = (Vec3::NEG_INFINITY, Vec3::INFINITY);
+        let fires = media.iter().filter(|medium| matches!(medium, Medium::Grid(_)) && medium.is_emissive());
+        fires.map(|fire| fire.bounds().unwrap_or(everywhere)).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
+    }
+
     /// Whether any path can be in a medium. Scenes without never run the code for media.
     pub fn has_media(&self) -> bool {
         !self.media.is_empty()

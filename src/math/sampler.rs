@@ -46,6 +46,8 @@ pub enum Dimension {
     Resample = 9,
     /// Distance of in-scatter sampling (1), whether there is one (1), choice among overlapping media (1).
     InScatter = 10,
+    /// Emission along a ray that nothing but the ray finds: where its points lie (1); seeds a stream too.
+    Glow = 11,
 }
 
 const DIMENSIONS_PER_VERTEX: u32 = 16;

@@ -1,10 +1,12 @@
 //! Media: what fills space between surfaces. Grids, majorants, phase functions, trackers.
 
 pub mod build;
+pub mod emission_points;
 pub mod grid;
 pub mod homogeneous;
 pub mod regions;
 pub mod tracker;
+pub(crate) mod walk;
 
 use std::sync::Arc;
 
@@ -77,6 +79,15 @@ impl Medium {
         }
     }
 
+    /// As [`Medium::point`], without the emission.
+    #[inline]
+    pub fn coefficients(&self, p: Vec3) -> MediumPoint {
+        match self {
+            Self::Homogeneous(medium) => medium.point,
+            Self::Grid(medium) => medium.dark_point(p),
+        }
+    }
+
     /// μ_t at `p` of render space.
     #[inline]
     pub fn extinction(&self, p: Vec3) -> Rgb {
@@ -106,6 +117,16 @@ impl Medium {
                 MajorantIter::Homogeneous((t_max > t_min).then_some(segment))
             }
             Self::Grid(medium) => medium.majorants(origin, direction, t_min, t_max),
+        }
+    }
+
+    /// How densely emission is gathered along a ray, in stretches as [`Medium::majorants`] has them; `None` for media that do not glow, and for
+    /// homogeneous ones, whose glow is integrated.
+    #[inline]
+    pub fn gathering_rates(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<MajorantIter<'_>> {
+        match self {
+            Self::Homogeneous(_) => None,
+            Self::Grid(medium) => medium.gathering_rates(origin, direction, t_min, t_max),
         }
     }
 

@@ -10,7 +10,8 @@ use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::regions::MAX_OVERLAP;
-use super::{MajorantIter, Medium, MediumId};
+use super::walk::Walk;
+use super::{Medium, MediumId};
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
 
@@ -30,12 +31,7 @@ struct Flight<'m> {
     medium: MediumId,
     /// μ_t of a medium that is the same everywhere.
     constant: Option<Rgb>,
-    segments: MajorantIter<'m>,
-    /// Distances are summed in f64: far from the ray's origin the steps of a dense medium are below the last place of an f32.
-    t: f64,
-    t_end: f64,
-    majorant: f32,
-    next: f64,
+    walk: Walk<'m>,
 }
 
 impl Flight<'_> {
@@ -46,31 +42,10 @@ impl Flight<'_> {
     #[inline]
     fn proceed(&mut self, tau: f32) -> bool {
         if let Some(extinction) = self.constant {
-            let majorant = self.majorant;
-            self.majorant = extinction.map(|mu| if mu < majorant { mu } else { 0.0 }).max_channel();
+            let majorant = self.walk.rate();
+            self.walk.set_rate(extinction.map(|mu| if mu < majorant { mu } else { 0.0 }).max_channel());
         }
-        self.advance(tau)
-    }
-
-    /// Moves on by an optical depth of `tau` (measured in the majorant); false when the stretch ends before.
-    #[inline(always)]
-    fn advance(&mut self, tau: f32) -> bool {
-        let mut tau = f64::from(tau);
-        loop {
-            let majorant = f64::from(self.majorant);
-            // Empty space may reach to infinity: 0 · ∞ must count as no optical depth.
-            let depth = if majorant > 0.0 { majorant * (self.t_end - self.t) } else { 0.0 };
-            if tau < depth {
-                self.t = (self.t + tau / majorant).min(self.t_end);
-                self.next = self.t;
-                return true;
-            }
-            tau -= depth;
-            let Some(segment) = self.segments.next() else { return false };
-            self.t = self.t_end;
-            self.t_end = f64::from(segment.t_end);
-            self.majorant = segment.majorant;
-        }
+        self.walk.advance(f64::from(tau))
     }
 }
 
@@ -100,9 +75,8 @@ impl<'m> Tracker<'m> {
                 Medium::Grid(_) => None,
             };
             let segments = active.majorants(origin, direction, t_start, t_end);
-            let (t, next) = (f64::from(t_start), f64::INFINITY);
-            let mut flight = Flight { medium, constant, segments, t, t_end: t, majorant: 0.0, next };
-            if flight.advance(stream.next_exponential()) {
+            let mut flight = Flight { medium, constant, walk: Walk::new(segments, t_start) };
+            if flight.walk.advance(f64::from(stream.next_exponential())) {
                 tracker.flights.push(flight);
             }
         }
@@ -121,11 +95,17 @@ impl<'m> Tracker<'m> {
         let nearest = match self.flights.len() {
             0 => return None,
             1 => 0,
-            count => (1..count).fold(0, |a, b| if self.flights[b].next < self.flights[a].next { b } else { a }),
+            count => (1..count).fold(0, |a, b| if self.flights[b].walk.t() < self.flights[a].walk.t() { b } else { a }),
         };
         self.pending = Some(nearest);
         let flight = &self.flights[nearest];
-        Some(TentativeCollision { t: flight.next as f32, medium: flight.medium, majorant: flight.majorant })
+        Some(TentativeCollision { t: flight.walk.t() as f32, medium: flight.medium, majorant: flight.walk.rate() })
+    }
+
+    /// How far the last collision is, as exactly as it is known; infinite where there was none.
+    #[inline]
+    pub fn distance(&self) -> f64 {
+        self.pending.map_or(f64::INFINITY, |last| self.flights[last].walk.t())
     }
 }
 

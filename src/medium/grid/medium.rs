@@ -46,16 +46,18 @@ pub struct GridMediumParts {
 #[derive(Debug)]
 pub struct GridMedium {
     parts: GridMediumParts,
-    /// Bounds of μ_t, where there is emission raised to the rate at which it is gathered.
+    /// Bounds of μ_t.
     majorants: Majorants,
-    /// A bound of μ_t anywhere.
-    largest_extinction: f32,
+    /// How densely emission is gathered, in the same cells, if there is any: above 0 wherever it is.
+    gathering: Option<Majorants>,
     /// Render space to the majorants' index space.
     cells_from_render: DAffine3,
     /// The clip box in whole voxels, outwards.
     clip_voxels: Option<(IVec3, IVec3)>,
-    /// The bound outside everything; and for rays without end, which would never be done gathering emission there.
-    outside: [f32; 2],
+    /// The bound of μ_t outside everything.
+    outside: f32,
+    /// The gathering rate there; and for rays without end, which would never be done gathering emission.
+    gathering_outside: [f32; 2],
     /// Where it emits.
     energy: Option<Arc<EnergyGrid>>,
     bounds: Option<(Vec3, Vec3)>,
@@ -66,7 +68,7 @@ pub struct GridMedium {
 }
 
 impl GridMedium {
-    /// Builds the bounds of μ_t for `parts`, raised where they emit. One of `density` and `bound` must be there.
+    /// Builds the bounds of μ_t for `parts`, and of what they emit. One of `density` and `bound` must be there.
     ///
     /// # Panics
     /// If neither density nor bound is given.
@@ -82,10 +84,11 @@ impl GridMedium {
         let is_plain =
             parts.density.is_some() && parts.absorption_colour.is_none() && parts.scattering_colour.is_none();
         let mut medium = Self {
-            largest_extinction: majorants.largest(),
+            gathering: None,
             cells_from_render: lattice.cells_from_render,
             clip_voxels,
-            outside: [0.0; 2],
+            outside: 0.0,
+            gathering_outside: [0.0; 2],
             energy: None,
             bounds: None,
             shared: same(&parts.absorption_colour) && same(&parts.scattering_colour) && glows_there,
@@ -93,31 +96,38 @@ impl GridMedium {
             majorants,
             parts,
         };
-        let endless = medium.majorants.background();
         if medium.is_emissive() {
-            medium.raise_for_emission(&lattice);
+            medium.find_emission(&lattice);
         }
         if medium.parts.clip.is_none() {
-            medium.outside = [medium.majorants.background(), endless];
+            medium.outside = medium.majorants.background();
+            let gathering = medium.gathering.as_ref().map_or(0.0, Majorants::background);
+            medium.gathering_outside = [gathering, if gathering > 0.0 { medium.outside } else { 0.0 }];
         }
-        medium.bounds = render_bounds(&medium.majorants, &lattice.cells_from_render, clip_voxels, medium.outside[0]);
+        let voxels = match (medium.majorants.bounds(), medium.gathering.as_ref().and_then(Majorants::bounds)) {
+            (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
+            (bounds, None) | (None, bounds) => bounds,
+        };
+        if medium.outside <= 0.0 && medium.gathering_outside[0] <= 0.0 {
+            medium.bounds = Some(render_bounds(voxels, &lattice.cells_from_render, clip_voxels));
+        }
         medium
     }
 
-    /// Raises the bounds to the rate at which emission is gathered, and notes where that is.
-    fn raise_for_emission(&mut self, lattice: &Lattice) {
+    /// Works out how densely emission is gathered, and notes where it is.
+    fn find_emission(&mut self, lattice: &Lattice) {
         let Some(emission) = &self.parts.emission else { return };
         let bounds = lattice.emission(emission, &self.majorants);
         let survey = Survey::new(&bounds, &lattice.cells_from_render, self.clip_voxels, |p| self.point(p));
         let typical = survey.as_ref().map_or(0.0, Survey::typical);
         let gathering = Gathering::new(typical, voxel_edge(&lattice.cells_from_render));
         self.energy = survey.as_ref().and_then(EnergyGrid::new).map(Arc::new);
-        self.majorants = self.majorants.combined(&bounds, |extinction, e| extinction.max(gathering.rate(e)));
+        self.gathering = Some(bounds.combined(&self.majorants, |e, extinction| gathering.rate(e, extinction)));
     }
 
     /// Whether it scatters light anywhere.
     pub fn scatters(&self) -> bool {
-        !self.parts.sigma_s.is_black() && self.largest_extinction > 0.0
+        !self.parts.sigma_s.is_black() && self.largest_extinction() > 0.0
     }
 
     fn source_map(&self) -> &IndexMap {
@@ -139,6 +149,14 @@ impl GridMedium {
             }
         }
         point
+    }
+
+    /// As [`GridMedium::point`], without the emission.
+    #[inline]
+    pub fn dark_point(&self, p: Vec3) -> MediumPoint {
+        let Some(index) = self.index_inside(p) else { return MediumPoint::default() };
+        let [absorption, scattering] = self.coefficients(p, index);
+        MediumPoint { absorption, scattering, emission: Rgb::BLACK }
     }
 
     /// μ_t at `p` of render space: [`GridMedium::point`] without the emission.
@@ -210,22 +228,34 @@ impl GridMedium {
         self.parts.emission.as_ref().is_some_and(|e| !e.radiance.is_black())
     }
 
-    /// Tentative collisions per unit length along a ray: bounds of μ_t, where there is emission raised to the rate at which it is gathered; see [`crate::medium::Medium::majorants`].
+    /// Bounds of μ_t along a ray: see [`crate::medium::Medium::majorants`].
     #[inline]
     pub fn majorants(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> MajorantIter<'_> {
+        self.along(&self.majorants, self.outside, origin, direction, [t_min, t_max])
+    }
+
+    /// How densely emission is gathered along a ray: see [`crate::medium::Medium::gathering_rates`].
+    #[inline]
+    pub fn gathering_rates(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<MajorantIter<'_>> {
+        let outside = self.gathering_outside[usize::from(t_max == f32::INFINITY)];
+        Some(self.along(self.gathering.as_ref()?, outside, origin, direction, [t_min, t_max]))
+    }
+
+    #[inline]
+    fn along<'m>(
+        &self,
+        cells: &'m Majorants,
+        outside: f32,
+        origin: Vec3,
+        direction: Vec3,
+        stretch: [f32; 2],
+    ) -> MajorantIter<'m> {
         let ray = [
             self.cells_from_render.transform_point3(origin.as_dvec3()),
             self.cells_from_render.transform_vector3(direction.as_dvec3()),
         ];
         let reach = reach_of(origin);
-        MajorantIter::Grid(GridMajorants::new(
-            &self.majorants,
-            ray,
-            self.clip_voxels,
-            self.outside[usize::from(t_max == f32::INFINITY)],
-            reach,
-            [t_min, t_max],
-        ))
+        MajorantIter::Grid(GridMajorants::new(cells, ray, self.clip_voxels, outside, reach, stretch))
     }
 
     /// Where it emits, if it does anywhere that is stored.
@@ -240,7 +270,7 @@ impl GridMedium {
 
     /// An upper bound of μ_t anywhere, per unit length of render space.
     pub fn largest_extinction(&self) -> f32 {
-        self.largest_extinction
+        self.majorants.largest()
     }
 
     /// Edge of a voxel in render space (the shortest).
@@ -257,6 +287,7 @@ impl GridMedium {
             + any(&parts.scattering_colour)
             + parts.emission.as_ref().map_or(0, Emission::memory)
             + self.majorants.memory()
+            + self.gathering.as_ref().map_or(0, Majorants::memory)
             + self.energy.as_ref().map_or(0, |energy| energy.memory())
     }
 
@@ -286,23 +317,20 @@ impl GridMedium {
     }
 }
 
+/// A box of render space around these voxels; empty without any.
 fn render_bounds(
-    majorants: &Majorants,
+    voxels: Option<(IVec3, IVec3)>,
     cells_from_render: &DAffine3,
     clip: Option<(IVec3, IVec3)>,
-    outside: f32,
-) -> Option<(Vec3, Vec3)> {
-    if outside > 0.0 {
-        return None;
-    }
-    let Some((low, high)) = majorants.bounds() else { return Some((Vec3::ZERO, Vec3::ZERO)) };
+) -> (Vec3, Vec3) {
+    let Some((low, high)) = voxels else { return (Vec3::ZERO, Vec3::ZERO) };
     let (low, high) = clip.map_or((low, high), |(a, b)| (low.max(a), high.min(b)));
     if low.cmpgt(high).any() {
-        return Some((Vec3::ZERO, Vec3::ZERO));
+        return (Vec3::ZERO, Vec3::ZERO);
     }
     let render_from_cells = cells_from_render.inverse();
     let corners = |p: DVec3| render_from_cells.transform_point3(p);
     let (a, b) = box_of_corners(low.as_dvec3(), high.as_dvec3() + 1.0, corners);
     let outwards = (b - a).max_element() * 1e-6;
-    Some(((a - outwards).as_vec3(), (b + outwards).as_vec3()))
+    ((a - outwards).as_vec3(), (b + outwards).as_vec3())
 }

@@ -1,6 +1,6 @@
 //! Media given by grids: sparse bricks of voxels ([`sparse`]), where they lie ([`map`], [`field`]), what they emit
-//! ([`emission`]), bounds of their extinction ([`majorants`]) with what is empty around them ([`clearance`]), raised to how densely emission is gathered ([`gathering`]), and how a ray is led
-//! along them ([`dda`]).
+//! ([`emission`]), bounds of their extinction ([`majorants`]) with what is empty around them ([`clearance`]), how densely emission is gathered
+//! ([`gathering`]), and how a ray is led along both ([`dda`]).
 //!
 //! Everything but reading .vdb files ([`mod@file`]) is plain Rust and exists without the feature `openvdb`.
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, IVec3, Vec3};
 
-use super::emission::{Emission, EmissionShape};
+use super::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape};
 use super::field::{AnyGrid, Field, ScalarGrid};
 use super::map::{Frustum, IndexMap};
 use super::sparse::{SparseGrid, TileOf};
@@ -154,10 +154,52 @@ fn bounds_hold_in_frustums_and_with_direct_emission() {
     let medium = GridMedium::new(given);
     let (points, dense) = check_rays(&medium, Vec3::new(0.0, 0.0, 8.0), 20.0, 20_000, 11);
     assert!(dense * 50 > points, "{dense} of {points}");
-    // Where it glows there is something to collide with.
-    let inside = elsewhere.to_render(DVec3::splat(20.0)).as_vec3();
-    let bounds = medium.majorants(inside, Vec3::X, 0.0, 0.01).map(|s| s.majorant);
-    assert!(bounds.fold(0.0, f32::max) > 0.0);
+    check_gathering(&medium, elsewhere.to_render(DVec3::splat(20.0)).as_vec3(), 20.0, 20_000, 12);
+}
+
+/// Follows random rays: wherever there is emission, it is gathered, though not more than once a voxel.
+fn check_gathering(medium: &GridMedium, centre: Vec3, size: f32, rays: usize, seed: u64) {
+    let mut stream = Stream::from_seed(seed);
+    let (mut points, mut glows) = (0u64, 0u64);
+    for ray in 0..rays {
+        let distance = [0.3, 1.0, 3.0, 100.0][ray % 4] * size;
+        let origin = centre + direction(&mut stream) * distance;
+        let d = (centre + direction(&mut stream) * (0.4 * size) - origin).normalize();
+        let (mut start, t_max) = (0.0, distance + 2.0 * size);
+        for segment in medium.gathering_rates(origin, d, start, t_max).expect("it emits") {
+            for _ in 0..6 {
+                let t = start + (segment.t_end - start) * stream.next_f32();
+                let emission = medium.point(origin + d * t).emission.max_channel();
+                assert!(emission == 0.0 || segment.majorant > 0.0, "{emission} at {t} from {origin} along {d}");
+                points += 1;
+                glows += u64::from(emission > 0.0);
+            }
+            start = segment.t_end;
+        }
+        assert_eq!(start, t_max, "the whole ray is covered");
+    }
+    assert!(glows * 50 > points, "{glows} of {points} points glow");
+}
+
+/// Also where neither the temperature nor the scale lies on the density's lattice.
+#[test]
+fn emission_is_gathered_along_random_rays() {
+    for (scale, place) in [(1.0, DVec3::ZERO), (0.013, DVec3::new(5.0, -3.0, 2.0)), (40.0, DVec3::splat(1e4))] {
+        let map = affine(scale, place);
+        for other in [map, affine(0.7 * scale, place + scale * 3.0)] {
+            let (origins, values) = blob(6, IVec3::ZERO, 7);
+            let kelvin: Vec<f32> = values.iter().map(|v| 500.0 * v).collect();
+            let kelvin = ScalarGrid::Single(Arc::new(SparseGrid::new(0.0, origins.clone(), kelvin, Vec::new())));
+            let kelvin = Field { grid: kelvin, map: other, scale: 1.0, offset: 0.0 };
+            let table = BlackbodyTable::new(2000.0, BlackbodyScale::Peak);
+            let shape = EmissionShape::Temperature { kelvin, table, scale: None };
+            let emission = Some(Emission { radiance: Rgb::WHITE, shape, direct: false });
+            let density = parts(SparseGrid::new(0.0, origins, values, Vec::new()), map);
+            let medium = GridMedium::new(GridMediumParts { emission, ..density });
+            let centre = map.to_render(DVec3::splat(24.0)).as_vec3();
+            check_gathering(&medium, centre, 40.0 * scale as f32, 10_000, 13);
+        }
+    }
 }
 
 #[test]
@@ -229,7 +271,7 @@ fn grids_of_one_voxel_and_of_none_are_fine() {
     assert_eq!(none.bounds(), Some((Vec3::ZERO, Vec3::ZERO)));
 }
 
-/// Direct emission is met at collisions alone: where it is everywhere, by its offset or its background, so must they be.
+/// Where direct emission is everywhere, by its offset or its background, so are the points that gather it.
 #[test]
 fn direct_emission_outside_the_stored_voxels_is_met() {
     for (background, offset) in [(0.0, 0.5), (0.25, 0.0)] {
@@ -242,6 +284,7 @@ fn direct_emission_outside_the_stored_voxels_is_met() {
         let medium = GridMedium::new(GridMediumParts { emission, ..parts(density, map) });
         let far = Vec3::new(1000.0, 0.0, 0.0);
         assert!(medium.point(far).emission[0] > 0.0 && medium.bounds().is_none());
-        assert!(medium.majorants(far, Vec3::X, 0.0, 10.0).all(|segment| segment.majorant > 0.0));
+        let mut rates = medium.gathering_rates(far, Vec3::X, 0.0, 10.0).expect("it emits");
+        assert!(rates.all(|segment| segment.majorant > 0.0));
     }
 }

@@ -112,6 +112,7 @@ pub fn build_world(
         light_choice: LightChoice::Pilot,
         equi_angular: None,
         fog_glows: media.media.iter().any(|m| matches!(m, Medium::Homogeneous(_)) && m.is_emissive()),
+        fires: World::around_fires(&media.media),
         media: media.media,
         media_links: media.links,
         volume_files: media.volume_files,
