@@ -73,6 +73,7 @@ fn medium(is_filled: impl Fn(IVec3) -> bool, depth: f32) -> (World, f64) {
         emission: None,
         g: 0.0,
         clip: None,
+        motion: None,
     };
     (of(Medium::Grid(Box::new(GridMedium::new(parts)))), filled)
 }
@@ -104,7 +105,7 @@ fn cost(world: &World, rays: &[&Ray], seed: u64) -> f64 {
             let mut tracker =
                 Tracker::new(&world.media, &[MediumId(0)], origin, direction, [0.0, ray.t_max], &mut stream);
             let mut passed = Transmittance::CLEAR;
-            passed.track(&mut tracker, &world.media, origin, direction, &mut stream, &mut steps);
+            passed.track(&mut tracker, &world.media, ray, &mut stream, &mut steps);
             std::hint::black_box((passed.value, steps));
         }
     });

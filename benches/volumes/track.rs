@@ -48,5 +48,7 @@ pub fn run(world: &World, rays: &[Ray], seed: u64, track: Track) -> Tracked {
     let mut scratch = Scratch::default();
     let mut stream = Stream::from_seed(seed);
     let through = sum(rays.len(), |i| track(world, &rays[i], &mut stream, &mut scratch));
-    Tracked { steps: scratch.counters.flight_steps + scratch.counters.transmittance_steps, through }
+    let counters = scratch.counters;
+    let steps = counters.flight_steps + counters.transmittance_steps + counters.emission_points;
+    Tracked { steps, through }
 }

@@ -179,7 +179,7 @@ fn sample_stretch(
         // Points have no part in the flight: they gather what their place emits, with what has come so far.
         while let Some(point) = points.next_before(tracker.distance()) {
             counters.emission_points += 1;
-            let emission = world.medium(point.medium).point(origin + direction * point.t).emission;
+            let emission = world.medium(point.medium).point(origin + direction * point.t, ray.time).emission;
             if !emission.is_black() {
                 emit(weight, Some(point.medium), emission * (1.0 / point.rate));
             }
@@ -193,7 +193,7 @@ fn sample_stretch(
             fog = FogGlow::Gathered;
         }
         let MediumPoint { absorption, scattering, .. } =
-            world.medium(collision.medium).coefficients(origin + direction * collision.t);
+            world.medium(collision.medium).coefficients(origin + direction * collision.t, ray.time);
         let inverse_majorant = 1.0 / collision.majorant;
 
         // Real or null, by the hero's extinction. Absorption is not an event of its own: it goes into the weight as
@@ -280,7 +280,7 @@ pub(super) fn pass(
             let (origin, direction) = (ray.origin, ray.direction);
             let mut tracker = Tracker::new(&world.media, media, origin, direction, [t_start, t_end], stream);
             let steps = &mut scratch.counters.transmittance_steps;
-            if !result.track(&mut tracker, &world.media, origin, direction, stream, steps) {
+            if !result.track(&mut tracker, &world.media, ray, stream, steps) {
                 break;
             }
         }

@@ -198,7 +198,7 @@ impl<'m> GridLine<'m> {
         let Some(points) = self.points.as_ref().filter(|_| goes_on) else { return };
         let (point, t) = (points.point(), points.t());
         counters.emission_points += 1;
-        let found = self.medium.point(ray.origin + ray.direction * point.t);
+        let found = self.medium.point(ray.origin + ray.direction * point.t, ray.time);
         let here = found.absorption + found.scattering;
         // Before the first point nothing is known, but about where the glow begins.
         let from = before.map_or_else(|| t - points.first_depth() / f64::from(points.rate()), |before| before.t);
@@ -244,7 +244,7 @@ impl<'m> GridLine<'m> {
             }
             counters.transmittance_steps += 1;
             let majorant = collisions.rate();
-            let extinction = medium.extinction(ray.origin + ray.direction * collisions.t() as f32);
+            let extinction = medium.extinction(ray.origin + ray.direction * collisions.t() as f32, ray.time);
             let left = extinction - if is_controlled { under(majorant) } else { Rgb::BLACK };
             *passed *= left.map(|mu| (1.0 - mu / majorant).max(0.0));
             *depth = f64::from(stream.next_exponential());

@@ -154,7 +154,7 @@ pub fn trace_path<const MEDIA: bool>(
                 let p = vertex.p;
                 let mut is_drawn = false;
                 if is_mixed {
-                    let share = in_scatter::medium_share(world, path.regions.media(), medium, p);
+                    let share = in_scatter::medium_share(world, path.regions.media(), medium, p, ray.time);
                     let expected = passed * share * scratch.in_scatter.expected(t);
                     is_drawn = expected > 0.0 && expected.is_finite();
                     if is_drawn {

@@ -85,7 +85,7 @@ fn gather_stretch(
         let collision = tracker.next(stream);
         while let Some(point) = points.next_before(tracker.distance()) {
             counters.emission_points += 1;
-            let emission = world.medium(emitter).point(origin + direction * point.t).emission;
+            let emission = world.medium(emitter).point(origin + direction * point.t, ray.time).emission;
             if !emission.is_black() {
                 add(passed, emission * (1.0 / point.rate));
             }
@@ -93,7 +93,7 @@ fn gather_stretch(
         // Behind the last point of the last stretch there is nothing to come.
         let Some(collision) = collision.filter(|_| !points.is_empty() || stretch[1] < t_max) else { break };
         counters.transmittance_steps += 1;
-        let extinction = world.medium(collision.medium).extinction(origin + direction * collision.t);
+        let extinction = world.medium(collision.medium).extinction(origin + direction * collision.t, ray.time);
         if !passed.pass(extinction.map(|mu| (1.0 - mu / collision.majorant).max(0.0)), stream) {
             return false;
         }

@@ -70,30 +70,30 @@ impl Iterator for MajorantIter<'_> {
 }
 
 impl Medium {
-    /// The coefficients at `p` of render space.
+    /// The coefficients at `p` of render space, at a time between 0 and 1.
     #[inline]
-    pub fn point(&self, p: Vec3) -> MediumPoint {
+    pub fn point(&self, p: Vec3, time: f32) -> MediumPoint {
         match self {
             Self::Homogeneous(medium) => medium.point,
-            Self::Grid(medium) => medium.point(p),
+            Self::Grid(medium) => medium.point(p, time),
         }
     }
 
     /// As [`Medium::point`], without the emission.
     #[inline]
-    pub fn coefficients(&self, p: Vec3) -> MediumPoint {
+    pub fn coefficients(&self, p: Vec3, time: f32) -> MediumPoint {
         match self {
             Self::Homogeneous(medium) => medium.point,
-            Self::Grid(medium) => medium.dark_point(p),
+            Self::Grid(medium) => medium.dark_point(p, time),
         }
     }
 
-    /// μ_t at `p` of render space.
+    /// μ_t at `p` of render space, at a time between 0 and 1.
     #[inline]
-    pub fn extinction(&self, p: Vec3) -> Rgb {
+    pub fn extinction(&self, p: Vec3, time: f32) -> Rgb {
         match self {
             Self::Homogeneous(medium) => medium.point.absorption + medium.point.scattering,
-            Self::Grid(medium) => medium.extinction(p),
+            Self::Grid(medium) => medium.extinction(p, time),
         }
     }
 

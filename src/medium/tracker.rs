@@ -12,6 +12,7 @@ use glam::Vec3;
 use super::regions::MAX_OVERLAP;
 use super::walk::Walk;
 use super::{Medium, MediumId};
+use crate::geometry::Ray;
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
 
@@ -134,14 +135,14 @@ impl Transmittance {
         &mut self,
         tracker: &mut Tracker<'_>,
         media: &[Medium],
-        origin: Vec3,
-        direction: Vec3,
+        ray: &Ray,
         stream: &mut Stream,
         steps: &mut u64,
     ) -> bool {
         while let Some(collision) = tracker.next(stream) {
             *steps += 1;
-            let extinction = media[collision.medium.0 as usize].extinction(origin + direction * collision.t);
+            let p = ray.origin + ray.direction * collision.t;
+            let extinction = media[collision.medium.0 as usize].extinction(p, ray.time);
             let ratio = extinction.map(|mu| (1.0 - mu / collision.majorant).max(0.0));
             if !self.pass(ratio, stream) {
                 return false;

@@ -155,7 +155,7 @@ impl Layout<'_> {
             if matches!(medium, Medium::Grid(_)) {
                 self.angle = SAME_RAY;
             }
-            let MediumPoint { absorption, scattering, .. } = medium.point(p);
+            let MediumPoint { absorption, scattering, .. } = medium.coefficients(p, self.ray.time);
             extinction += absorption + scattering;
             if !scattering.is_black() {
                 let g = medium.g();

@@ -130,8 +130,8 @@ pub fn gather(
             continue;
         }
         let p = ray.origin + ray.direction * t;
-        let Some((medium, share)) = choose_medium(world, regions.media(), p, u_medium) else { continue };
-        let MediumPoint { absorption, scattering, .. } = world.medium(medium).point(p);
+        let Some((medium, share)) = choose_medium(world, regions.media(), p, ray.time, u_medium) else { continue };
+        let MediumPoint { absorption, scattering, .. } = world.medium(medium).coefficients(p, ray.time);
         // All weights are relative to the density of having drawn this point and medium.
         let inverse = 1.0 / (pdf * share);
         let unidirectional = passed.pass_probability * (absorption + scattering) * inverse;
@@ -160,11 +160,11 @@ pub fn gather(
 }
 
 /// The medium that scatters at `p`, in proportion to the media's scattering coefficients, and its probability.
-fn choose_medium(world: &World, media: &[MediumId], p: Vec3, u: f32) -> Option<(MediumId, f32)> {
+fn choose_medium(world: &World, media: &[MediumId], p: Vec3, time: f32, u: f32) -> Option<(MediumId, f32)> {
     if let &[only] = media {
         return Some((only, 1.0));
     }
-    let strength = |id: MediumId| world.medium(id).point(p).scattering.luminance();
+    let strength = |id: MediumId| world.medium(id).coefficients(p, time).scattering.luminance();
     let total: f32 = media.iter().map(|&id| strength(id)).sum();
     let mut rest = u * total;
     let mut chosen = None;
@@ -182,11 +182,11 @@ fn choose_medium(world: &World, media: &[MediumId], p: Vec3, u: f32) -> Option<(
 }
 
 /// The probability with which [`choose_medium`] chooses `medium` at `p`.
-pub(super) fn medium_share(world: &World, media: &[MediumId], medium: MediumId, p: Vec3) -> f32 {
+pub(super) fn medium_share(world: &World, media: &[MediumId], medium: MediumId, p: Vec3, time: f32) -> f32 {
     if media.len() == 1 {
         return 1.0;
     }
-    let strength = |id: MediumId| world.medium(id).point(p).scattering.luminance();
+    let strength = |id: MediumId| world.medium(id).coefficients(p, time).scattering.luminance();
     let total: f32 = media.iter().map(|&id| strength(id)).sum();
     if total > 0.0 { strength(medium) / total } else { 0.0 }
 }

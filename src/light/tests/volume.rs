@@ -27,6 +27,7 @@ fn fire(centre: DVec3) -> GridMedium {
         emission: Some(Emission { radiance: Rgb::splat(1e4), shape: EmissionShape::Constant, direct: false }),
         g: 0.0,
         clip: Some((DVec3::splat(-0.5), DVec3::splat(15.5))),
+        motion: None,
     })
 }
 

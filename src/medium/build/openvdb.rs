@@ -13,6 +13,9 @@
 //! | float `temperaturereference` | a black body of this temperature has luminance 1 | 1500 |
 //! | float `emissionscale`, `emissionoffset` | as for density | 1, 0 |
 //! | bool `emissiondirect` | emission per unit length, not multiplied by μ_a | false |
+//! | string `velocity` | name of a grid of vectors by which all grids move | none |
+//! | float `velocityscale` | factor on it: units of the medium's space per unit of the scene's time | 1 |
+//! | float `velocitytime` | the time at which the grids are where they are | that of the transforms' first key |
 //! | float `g` | Henyey-Greenstein's mean cosine | 0 |
 //!
 //! The colour grid multiplies σ_s. A black body's radiance is its chromaticity times its luminance over that of the
@@ -39,7 +42,7 @@ pub use reading::openvdb;
 
 #[cfg(feature = "openvdb")]
 mod reading {
-    use glam::DAffine3;
+    use glam::{DAffine3, DMat3};
     use openvdb::{GridClass, VdbGrid};
 
     use super::super::{Result, anisotropy, coefficient, factor, radiance, report_bad, wrong};
@@ -47,8 +50,8 @@ mod reading {
     use crate::medium::Medium;
     use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape, HOTTEST};
     use crate::medium::grid::field::{AnyGrid, Field, ScalarGrid};
-    use crate::medium::grid::file;
-    use crate::medium::grid::{GridMedium, GridMediumParts};
+    use crate::medium::grid::motion::{FARTHEST, Motion};
+    use crate::medium::grid::{GridMedium, GridMediumParts, file};
     use crate::scene::{ParamSet, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
     /// The grids of one file, and whom to tell about them.
@@ -170,6 +173,44 @@ mod reading {
             let number = self.find(parameter, name)?;
             self.take(parameter, number, adjust, warnings).map(Some)
         }
+
+        /// The motion that a velocity grid describes; `times` are those of the transforms' keys.
+        fn motion(&self, [start, end]: [f64; 2], warnings: &mut Warnings) -> Result<Option<Motion>> {
+            let params = self.params;
+            let scale = params.float("velocityscale", 1.0)?;
+            let written = f64::from(params.float("velocitytime", start as f32)?);
+            let Some(name) = params.string("velocity")? else { return Ok(None) };
+            for (parameter, is_fine) in [("velocityscale", scale.is_finite()), ("velocitytime", written.is_finite())] {
+                if !is_fine {
+                    return Err(wrong(params, parameter, "must be finite"));
+                }
+            }
+            let grid = &self.grids[self.find("velocity", name)?];
+            if let Some(reason) = &grid.header.skipped {
+                return Err(wrong(params, "velocity", format!("grid \"{name}\" cannot be used: {reason}")));
+            }
+            let map = file::place(grid, self.render_from_medium).ok_or_else(|| {
+                wrong(params, "velocity", format!("the transform of grid \"{name}\" cannot be inverted"))
+            })?;
+            let grid = file::velocities(grid).ok_or_else(|| {
+                wrong(params, "velocity", "a grid of vectors is needed, not of numbers")
+                    .help(format!("three grids of numbers must be merged into one of vectors first; {}", self.list()))
+            })?;
+            report_bad(params, &format!("grid \"{name}\""), grid.bad_voxels(), self.strict, warnings)?;
+            if !(end > start) || scale == 0.0 {
+                return Ok(None);
+            }
+            let length = end - start;
+            let linear =
+                self.render_from_medium.matrix3 * DMat3::from_diagonal(glam::DVec3::splat(f64::from(scale) * length));
+            let motion = Motion {
+                grid,
+                map,
+                render_from_velocity: linear.as_mat3(),
+                written_at: ((written - start) / length) as f32,
+            };
+            Ok(Some(motion))
+        }
     }
 
     fn adjustment(params: &ParamSet, what: &str) -> Result<[f32; 2]> {
@@ -237,6 +278,18 @@ mod reading {
             }
             (None, None) => le.map(|radiance| Emission { radiance, shape: EmissionShape::Constant, direct: false }),
         };
+        let motion = source.motion(scene.transform_times, warnings)?;
+        if let Some(motion) = &motion {
+            let voxels = motion.farthest(&density.map);
+            if voxels > FARTHEST {
+                let message = format!(
+                    "moves by up to {voxels:.0} voxels while the shutter may be open, more than {FARTHEST} are too many"
+                );
+                return Err(
+                    wrong(params, "velocity", message).help("\"velocityscale\" is what velocities are multiplied by")
+                );
+            }
+        }
         let parts = GridMediumParts {
             density: Some(density),
             absorption_colour: None,
@@ -248,6 +301,7 @@ mod reading {
             emission,
             g: anisotropy(params, warnings)?,
             clip: None,
+            motion,
         };
         Ok(Medium::Grid(Box::new(GridMedium::new(parts))))
     }

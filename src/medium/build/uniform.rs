@@ -138,6 +138,7 @@ pub fn uniform_grid(
         emission,
         g: anisotropy(params, warnings)?,
         clip: Some(lattice.clip),
+        motion: None,
     };
     Ok(Medium::Grid(Box::new(GridMedium::new(parts))))
 }
@@ -198,6 +199,7 @@ pub fn rgb_grid(
         emission,
         g: anisotropy(params, warnings)?,
         clip: Some(lattice.clip),
+        motion: None,
     };
     Ok(Medium::Grid(Box::new(GridMedium::new(parts))))
 }

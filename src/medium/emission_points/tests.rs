@@ -45,6 +45,7 @@ fn fire(values: impl Fn(usize) -> f32) -> Medium {
         emission: Some(Emission { radiance: Rgb::WHITE, shape, direct: true }),
         g: 0.0,
         clip: Some((DVec3::new(-0.5, -0.5, 0.0), DVec3::new(0.5, 0.5, LENGTH as f64 - 1.0))),
+        motion: None,
     })))
 }
 
@@ -58,7 +59,7 @@ fn points(media: &[Medium], stretch: [f32; 2], u: &mut impl FnMut() -> f32) -> (
     let all: Vec<_> = std::iter::from_fn(|| points.next_before(f64::INFINITY)).collect();
     let value = |point: &EmissionPoint| {
         let p = ALONG.origin + ALONG.direction * point.t;
-        f64::from(media[point.medium.0 as usize].point(p).emission[0]) / f64::from(point.rate)
+        f64::from(media[point.medium.0 as usize].point(p, 0.0).emission[0]) / f64::from(point.rate)
     };
     let sum = all.iter().map(value).sum();
     (all, sum)

@@ -51,7 +51,7 @@ impl Lattice {
     }
 
     /// Raises cells to `bound(value)` of every stored value of a grid. `bound` must not fall as the value rises.
-    fn add<V: Voxel>(
+    pub fn add<V: Voxel>(
         &self,
         builder: &mut MajorantsBuilder,
         (grid, map): (&SparseGrid<V>, &IndexMap),

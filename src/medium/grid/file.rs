@@ -73,12 +73,13 @@ mod reading {
     use std::sync::Arc;
 
     use glam::{DAffine3, DMat4, DVec3, IVec3};
-    use openvdb::{GridMap, GridValues, Limits, VdbError, VdbGrid, read_vdb};
+    use openvdb::{GridClass, GridMap, GridValues, Limits, VdbError, VdbGrid, read_vdb};
 
     use super::*;
     use crate::medium::grid::field::{AnyGrid, ScalarGrid};
     use crate::medium::grid::map::{Frustum, IndexMap};
     use crate::medium::grid::sparse::{SparseGrid, TileOf, Voxel};
+    use crate::medium::grid::velocity::{Velocity, VelocityGrid, centred};
     use crate::system::memory::available;
 
     /// What the worker gets even where little memory is left: most of it is only reserved.
@@ -124,6 +125,13 @@ mod reading {
             GridValues::F16(v) => AnyGrid::Scalar(ScalarGrid::Half(sparse(grid, v, |c| half::f16::from_f32(c[0])))),
             GridValues::Vec3(v) => AnyGrid::Vector(sparse(grid, v, |c| c)),
         })
+    }
+
+    /// The velocities that a grid of vectors holds, at the voxels' centres; `None` if it holds none.
+    pub fn velocities(grid: &VdbGrid) -> Option<VelocityGrid> {
+        let GridValues::Vec3(values) = &grid.values else { return None };
+        let stored = sparse(grid, values.iter().copied().map(Velocity).collect(), Velocity);
+        Some(if grid.header.class == GridClass::Staggered { Arc::new(centred(&stored)) } else { stored })
     }
 
     /// The grid's place, given its medium's; `None` if the file's map cannot be inverted.

@@ -93,9 +93,17 @@ impl MajorantsBuilder {
         if bound <= self.background {
             return;
         }
-        self.include(low, high);
-        let first = low.saturating_sub(IVec3::splat(REACH)) >> 3i32;
-        let last = high.saturating_add(IVec3::splat(REACH)) >> 3i32;
+        self.raise_voxels(low.saturating_sub(IVec3::splat(REACH)), high.saturating_add(IVec3::splat(REACH)), bound);
+    }
+
+    /// Raises the cells that hold the voxels `low..=high`.
+    pub fn raise_voxels(&mut self, low: IVec3, high: IVec3, bound: f32) {
+        if bound <= self.background {
+            return;
+        }
+        let (a, b) = self.bounds.unwrap_or((low, high));
+        self.bounds = Some((a.min(low), b.max(high)));
+        let (first, last) = (low >> 3i32, high >> 3i32);
         let block_inside = |block: IVec3| {
             let corner: IVec3 = block << 4i32;
             corner.cmpge(first).all() && (corner + 15).cmple(last).all()
@@ -296,6 +304,40 @@ impl Majorants {
         out.build()
     }
 
+    /// The same bounds, to be raised.
+    pub fn to_builder(&self) -> MajorantsBuilder {
+        let mut out = MajorantsBuilder::new(self.background);
+        out.bounds = self.bounds;
+        out.roots.clone_from(&self.roots);
+        for (block, _) in self.blocks.iter() {
+            let part = match self.block(block) {
+                Ok(bound) => (bound, None),
+                Err(node) => (self.background, Some(Box::new(node.fine))),
+            };
+            out.blocks.insert(block, part);
+        }
+        out
+    }
+
+    /// Visits all cells of one bound that is above the background's: low corner, edge, and the bound.
+    pub fn each_cell(&self, mut visit: impl FnMut(IVec3, i32, f32)) {
+        let corner = |c: IVec3, shift: u32| IVec3::from_array(c.to_array().map(|c| c.wrapping_shl(shift)));
+        self.roots.iter().for_each(|(root, &bound)| visit(corner(*root, ROOT_SHIFT), 1 << ROOT_SHIFT, bound));
+        for (block, _) in self.blocks.iter() {
+            let low = corner(block, BLOCK_SHIFT);
+            match self.block(block) {
+                Ok(bound) if bound > self.background => visit(low, 1 << BLOCK_SHIFT, bound),
+                Ok(_) => {}
+                Err(node) => {
+                    for (slot, &bound) in node.fine.iter().enumerate().filter(|(_, bound)| **bound > self.background) {
+                        let cell = IVec3::new(slot as i32 >> 8, slot as i32 >> 4 & 15, slot as i32 & 15);
+                        visit(low + 8 * cell, 8, bound);
+                    }
+                }
+            }
+        }
+    }
+
     /// The one bound of a block, or else its node.
     fn block(&self, block: IVec3) -> Result<f32, &Node> {
         match self.blocks.get(block) {
@@ -333,27 +375,13 @@ impl Majorants {
 
     /// A box of voxels, inclusive, around all cells whose bound is above `least`, which is not below the background.
     pub fn box_above(&self, least: f32) -> Option<(IVec3, IVec3)> {
-        let cube = |low: IVec3, edge: i32| (low, low.saturating_add(IVec3::splat(edge - 1)));
-        let corner = |c: IVec3, shift: u32| IVec3::from_array(c.to_array().map(|c| c.wrapping_shl(shift)));
-        let roots = self.roots.iter().filter(|(_, bound)| **bound > least);
         let mut all: Option<(IVec3, IVec3)> = None;
-        let mut include = |(low, high): (IVec3, IVec3)| {
-            all = Some(all.map_or((low, high), |(a, b)| (a.min(low), b.max(high))));
-        };
-        roots.for_each(|(root, _)| include(cube(corner(*root, ROOT_SHIFT), 1 << ROOT_SHIFT)));
-        for (block, _) in self.blocks.iter() {
-            let low = corner(block, BLOCK_SHIFT);
-            match self.block(block) {
-                Ok(bound) if bound > least => include(cube(low, 1 << BLOCK_SHIFT)),
-                Ok(_) => {}
-                Err(node) => {
-                    for (slot, _) in node.fine.iter().enumerate().filter(|(_, bound)| **bound > least) {
-                        let cell = IVec3::new(slot as i32 >> 8, slot as i32 >> 4 & 15, slot as i32 & 15);
-                        include(cube(low + 8 * cell, 8));
-                    }
-                }
+        self.each_cell(|low, edge, bound| {
+            if bound > least {
+                let high = low.saturating_add(IVec3::splat(edge - 1));
+                all = Some(all.map_or((low, high), |(a, b)| (a.min(low), b.max(high))));
             }
-        }
+        });
         // Bounds reach as far as interpolation does, cells further.
         all.zip(self.bounds).map(|((a, b), (low, high))| (a.max(low), b.min(high)))
     }

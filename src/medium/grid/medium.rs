@@ -13,6 +13,7 @@ use super::field::{AnyGrid, Field, ScalarGrid};
 use super::gathering::Gathering;
 use super::majorants::Majorants;
 use super::map::{IndexMap, box_of_corners};
+use super::motion::Motion;
 use super::survey::Survey;
 use crate::math::Rgb;
 use crate::medium::{MajorantIter, MediumPoint};
@@ -38,9 +39,14 @@ pub struct GridMediumParts {
     pub emission: Option<Emission>,
     /// Mean cosine of the Henyey-Greenstein phase function.
     pub g: f32,
+    /// How all of it moves, if it does.
+    pub motion: Option<Motion>,
     /// A box, in the index space of the density (or else bound) grid, outside which the medium is nothing.
     pub clip: Option<(DVec3, DVec3)>,
 }
+
+/// The time at which moving media are surveyed for what they emit.
+const HALF_WAY: f32 = 0.5;
 
 /// A medium whose coefficients vary as grids say.
 #[derive(Debug)]
@@ -74,7 +80,11 @@ impl GridMedium {
     /// If neither density nor bound is given.
     pub fn new(parts: GridMediumParts) -> Self {
         let lattice = Lattice::of(&parts);
-        let majorants = lattice.extinction(&parts);
+        let still = lattice.extinction(&parts);
+        let majorants = match &parts.motion {
+            Some(motion) => motion.moved(&lattice, &still),
+            None => still,
+        };
         let clip_voxels = parts.clip.map(|(low, high)| {
             (low.floor().as_ivec3().saturating_sub(IVec3::ONE), high.ceil().as_ivec3().saturating_add(IVec3::ONE))
         });
@@ -117,8 +127,11 @@ impl GridMedium {
     /// Works out how densely emission is gathered, and notes where it is.
     fn find_emission(&mut self, lattice: &Lattice) {
         let Some(emission) = &self.parts.emission else { return };
-        let bounds = lattice.emission(emission, &self.majorants);
-        let survey = Survey::new(&bounds, &lattice.cells_from_render, self.clip_voxels, |p| self.point(p));
+        let mut bounds = lattice.emission(emission, &self.majorants);
+        if let Some(motion) = &self.parts.motion {
+            bounds = motion.moved(lattice, &bounds);
+        }
+        let survey = Survey::new(&bounds, &lattice.cells_from_render, self.clip_voxels, |p| self.point(p, HALF_WAY));
         let typical = survey.as_ref().map_or(0.0, Survey::typical);
         let gathering = Gathering::new(typical, voxel_edge(&lattice.cells_from_render));
         self.energy = survey.as_ref().and_then(EnergyGrid::new).map(Arc::new);
@@ -134,9 +147,16 @@ impl GridMedium {
         &source(&self.parts).map
     }
 
-    /// The coefficients at `p` of render space.
+    /// Where the grids have what is at `p` at that time.
     #[inline]
-    pub fn point(&self, p: Vec3) -> MediumPoint {
+    fn written(&self, p: Vec3, time: f32) -> Vec3 {
+        self.parts.motion.as_ref().map_or(p, |motion| motion.back(p, time))
+    }
+
+    /// The coefficients at `p` of render space, at a time between 0 and 1.
+    #[inline]
+    pub fn point(&self, p: Vec3, time: f32) -> MediumPoint {
+        let p = self.written(p, time);
         let Some(index) = self.index_inside(p) else { return MediumPoint::default() };
         let [absorption, scattering] = self.coefficients(p, index);
         let mut point = MediumPoint { absorption, scattering, emission: Rgb::BLACK };
@@ -153,7 +173,8 @@ impl GridMedium {
 
     /// As [`GridMedium::point`], without the emission.
     #[inline]
-    pub fn dark_point(&self, p: Vec3) -> MediumPoint {
+    pub fn dark_point(&self, p: Vec3, time: f32) -> MediumPoint {
+        let p = self.written(p, time);
         let Some(index) = self.index_inside(p) else { return MediumPoint::default() };
         let [absorption, scattering] = self.coefficients(p, index);
         MediumPoint { absorption, scattering, emission: Rgb::BLACK }
@@ -161,7 +182,8 @@ impl GridMedium {
 
     /// μ_t at `p` of render space: [`GridMedium::point`] without the emission.
     #[inline]
-    pub fn extinction(&self, p: Vec3) -> Rgb {
+    pub fn extinction(&self, p: Vec3, time: f32) -> Rgb {
+        let p = self.written(p, time);
         self.index_inside(p).map_or(Rgb::BLACK, |index| {
             if let Some(extinction) = self.plain_extinction {
                 return extinction * self.density_at(index);
@@ -286,6 +308,7 @@ impl GridMedium {
             + any(&parts.absorption_colour)
             + any(&parts.scattering_colour)
             + parts.emission.as_ref().map_or(0, Emission::memory)
+            + parts.motion.as_ref().map_or(0, |motion| motion.grid.memory())
             + self.majorants.memory()
             + self.gathering.as_ref().map_or(0, Majorants::memory)
             + self.energy.as_ref().map_or(0, |energy| energy.memory())
@@ -311,6 +334,9 @@ impl GridMedium {
             Some(EmissionShape::Grid(_)) => words.push("emission grid".to_owned()),
             Some(EmissionShape::Temperature { .. }) => words.push("temperature grid".to_owned()),
             None => {}
+        }
+        if parts.motion.is_some() {
+            words.push("velocity grid".to_owned());
         }
         words.push(format!("largest extinction {:.4}", self.largest_extinction()));
         words.join(", ")

@@ -12,7 +12,7 @@ use super::{GridMedium, GridMediumParts};
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
 
-fn blob(edge: i32, origin: IVec3, seed: u64) -> (Vec<IVec3>, Vec<f32>) {
+pub(super) fn blob(edge: i32, origin: IVec3, seed: u64) -> (Vec<IVec3>, Vec<f32>) {
     let mut stream = Stream::from_seed(seed);
     let (mut origins, mut values) = (Vec::new(), Vec::new());
     for x in 0..edge {
@@ -29,7 +29,7 @@ fn blob(edge: i32, origin: IVec3, seed: u64) -> (Vec<IVec3>, Vec<f32>) {
     (origins, values)
 }
 
-fn parts(grid: SparseGrid<f32>, map: IndexMap) -> GridMediumParts {
+pub(super) fn parts(grid: SparseGrid<f32>, map: IndexMap) -> GridMediumParts {
     let grid = ScalarGrid::Single(Arc::new(grid));
     GridMediumParts {
         density: Some(Field { grid, map, scale: 1.0, offset: 0.0 }),
@@ -42,10 +42,11 @@ fn parts(grid: SparseGrid<f32>, map: IndexMap) -> GridMediumParts {
         emission: None,
         g: 0.0,
         clip: None,
+        motion: None,
     }
 }
 
-fn affine(scale: f64, move_by: DVec3) -> IndexMap {
+pub(super) fn affine(scale: f64, move_by: DVec3) -> IndexMap {
     let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
     IndexMap::new(DAffine3::from_translation(move_by) * turn * DAffine3::from_scale(DVec3::splat(scale)), None)
         .expect("invertible")
@@ -64,7 +65,7 @@ fn direction(stream: &mut Stream) -> Vec3 {
 }
 
 /// Follows `rays` random rays around `centre`: stretches are in order, end at t_max, and bound μ_t at random points.
-fn check_rays(medium: &GridMedium, centre: Vec3, size: f32, rays: usize, seed: u64) -> (u64, u64) {
+pub(super) fn check_rays(medium: &GridMedium, centre: Vec3, size: f32, rays: usize, seed: u64) -> (u64, u64) {
     let mut stream = Stream::from_seed(seed);
     let (mut points, mut dense) = (0u64, 0u64);
     for ray in 0..rays {
@@ -80,7 +81,7 @@ fn check_rays(medium: &GridMedium, centre: Vec3, size: f32, rays: usize, seed: u
             assert!(segment.majorant >= 0.0 && segment.majorant.is_finite());
             for _ in 0..6 {
                 let t = start + (segment.t_end - start) * stream.next_f32();
-                let point = medium.point(origin + d * t);
+                let point = medium.point(origin + d * t, stream.next_f32());
                 let extinction = (point.absorption + point.scattering).max_channel();
                 assert!(
                     extinction <= segment.majorant,
@@ -169,7 +170,7 @@ fn check_gathering(medium: &GridMedium, centre: Vec3, size: f32, rays: usize, se
         for segment in medium.gathering_rates(origin, d, start, t_max).expect("it emits") {
             for _ in 0..6 {
                 let t = start + (segment.t_end - start) * stream.next_f32();
-                let emission = medium.point(origin + d * t).emission.max_channel();
+                let emission = medium.point(origin + d * t, 0.0).emission.max_channel();
                 assert!(emission == 0.0 || segment.majorant > 0.0, "{emission} at {t} from {origin} along {d}");
                 points += 1;
                 glows += u64::from(emission > 0.0);
@@ -283,7 +284,7 @@ fn direct_emission_outside_the_stored_voxels_is_met() {
         let emission = Some(Emission { radiance: Rgb::WHITE, shape, direct: true });
         let medium = GridMedium::new(GridMediumParts { emission, ..parts(density, map) });
         let far = Vec3::new(1000.0, 0.0, 0.0);
-        assert!(medium.point(far).emission[0] > 0.0 && medium.bounds().is_none());
+        assert!(medium.point(far, 0.0).emission[0] > 0.0 && medium.bounds().is_none());
         let mut rates = medium.gathering_rates(far, Vec3::X, 0.0, 10.0).expect("it emits");
         assert!(rates.all(|segment| segment.majorant > 0.0));
     }

@@ -33,6 +33,7 @@ fn ramp(sigma: Rgb) -> Medium {
         emission: None,
         g: 0.0,
         clip: Some((DVec3::new(-0.5, -0.5, 0.0), DVec3::new(0.5, 0.5, 16.0))),
+        motion: None,
     })))
 }
 
@@ -47,7 +48,8 @@ fn ratio(media: &[Medium], stretch: [f32; 2], count: u32) -> ([Moments; 3], f64)
         let (origin, direction) = ALONG;
         let mut tracker = Tracker::new(media, &active, origin, direction, stretch, &mut stream);
         let mut result = Transmittance::CLEAR;
-        result.track(&mut tracker, media, origin, direction, &mut stream, &mut steps);
+        let ray = Ray { origin, direction, t_max: stretch[1], time: 0.0, opacity_seed: 0 };
+        result.track(&mut tracker, media, &ray, &mut stream, &mut steps);
         for (moments, value) in moments.iter_mut().zip(result.value.to_array()) {
             moments.add(f64::from(value));
         }

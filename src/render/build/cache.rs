@@ -11,6 +11,7 @@ use crate::film::FilmSettings;
 use crate::geometry::camera::Camera;
 use crate::geometry::{Geometry, ShapeId};
 use crate::integrator::{PathSettings, Scratch, World, trace_path};
+use crate::light::Receiver;
 use crate::material::{MaterialId, Materials};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint};
 
@@ -79,10 +80,13 @@ impl CacheBuilder<'_> {
                 scratch.in_scatter.seeds.clear();
                 scratch.in_scatter.begin_pixel(if self.on_camera_rays { 1.0 } else { 0.0 });
                 self.pilot(world, pixel, k as u32, scratch);
+                let vertices = scratch.lights.pilots.iter();
                 if self.on_camera_rays {
-                    scratch.in_scatter.seeds.iter().copied().map(Candidate::in_space).collect()
+                    let scattered = vertices.filter(|vertex| matches!(vertex, Receiver::Medium { .. }));
+                    let places = scratch.in_scatter.seeds.iter().copied().map(Candidate::in_space);
+                    scattered.map(Candidate::at).chain(places).collect()
                 } else {
-                    scratch.lights.pilots.iter().map(Candidate::at).collect()
+                    vertices.map(Candidate::at).collect()
                 }
             })
             .collect();

@@ -29,6 +29,7 @@ fn medium(size: [u32; 3], scale: f32, value: impl Fn(usize) -> f32) -> GridMediu
         emission: Some(Emission { radiance: Rgb::new(3.0, 2.0, 1.0), shape: EmissionShape::Constant, direct: false }),
         g: 0.0,
         clip: None,
+        motion: None,
     })
 }
 
@@ -74,7 +75,7 @@ fn estimates_add_up_to_the_fluence() {
     for i in 0..n * n * n {
         let at = Vec3::new((i / n / n) as f32, (i / n % n) as f32, (i % n) as f32) + 0.5;
         let q = low + (high - low) * at / n as f32;
-        sum += f64::from(medium.point(q).emission[1] / q.distance_squared(p));
+        sum += f64::from(medium.point(q, 0.0).emission[1] / q.distance_squared(p));
     }
     let expected = sum * f64::from((high - low).element_product()) / f64::from(n * n * n);
     assert!((estimated / expected - 1.0).abs() < 0.05, "{estimated} and {expected}");

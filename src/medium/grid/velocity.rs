@@ -1,0 +1,82 @@
+//! Velocities as a grid stores them: signed, unlike everything else that grids of media hold.
+
+use std::sync::Arc;
+
+use glam::{IVec3, Vec3};
+
+use super::sparse::{SparseGrid, TileOf, Voxel};
+
+/// Voxel edges or units of the medium's space per unit of time, as the file has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Velocity(pub [f32; 3]);
+
+/// No component may be larger: its square still fits.
+const FASTEST: f32 = 1e18;
+
+impl Voxel for Velocity {
+    type Value = Vec3;
+    #[inline]
+    fn get(self) -> Vec3 {
+        Vec3::from_array(self.0)
+    }
+    fn put(value: Vec3) -> Self {
+        Self(value.to_array())
+    }
+    /// The speed.
+    fn maximum(value: Vec3) -> f32 {
+        value.length()
+    }
+    /// Only what is not finite, or as good as infinite, is replaced by 0.
+    fn cleaned(self) -> (Self, bool) {
+        let is_bad = |v: f32| !(v.abs() <= FASTEST);
+        (Self(self.0.map(|v| if is_bad(v) { 0.0 } else { v })), self.0.into_iter().any(is_bad))
+    }
+}
+
+/// The same velocities at the voxels' centres, of a staggered grid: there each component lies on the face towards the voxel below (OpenVDB's
+/// `GRID_STAGGERED`).
+pub fn centred(staggered: &SparseGrid<Velocity>) -> SparseGrid<Velocity> {
+    let values = staggered.leaves().flat_map(|(origin, leaf)| {
+        leaf.iter().enumerate().map(move |(i, v)| {
+            let at = origin + IVec3::new(i as i32 >> 6, i as i32 >> 3 & 7, i as i32 & 7);
+            let below = v.get();
+            let above = |axis: usize| staggered.value(at.saturating_add(IVec3::AXES[axis]))[axis];
+            Velocity((0.5 * (below + Vec3::new(above(0), above(1), above(2)))).to_array())
+        })
+    });
+    let origins = staggered.leaves().map(|(origin, _)| origin).collect();
+    let tiles =
+        staggered.tiles().iter().map(|t| TileOf { origin: t.origin, edge: t.edge, value: Velocity::put(t.value) });
+    SparseGrid::new(Velocity::put(staggered.background()), origins, values.collect(), tiles.collect())
+}
+
+/// A grid of velocities, shared.
+pub type VelocityGrid = Arc<SparseGrid<Velocity>>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::medium::grid::sparse::LEAF_SIZE;
+
+    #[test]
+    fn negative_components_stay_and_nonsense_goes() {
+        let mut values = vec![Velocity([-1.0, 2.0, -3.0]); LEAF_SIZE];
+        values[0] = Velocity([f32::NAN, 1.0, f32::NEG_INFINITY]);
+        let grid = SparseGrid::new(Velocity([0.0; 3]), vec![IVec3::ZERO], values, vec![]);
+        assert_eq!(grid.value(IVec3::ZERO), Vec3::new(0.0, 1.0, 0.0));
+        assert_eq!(grid.value(IVec3::ONE), Vec3::new(-1.0, 2.0, -3.0));
+        assert_eq!(grid.bad_voxels(), 1);
+        assert!((grid.largest() - 14f32.sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn staggered_components_move_to_the_centre() {
+        // The face of x between voxels i−1 and i holds i, so the centre of voxel i has i + ½.
+        let value = |i: usize| Velocity([(i >> 6) as f32, 10.0 * (i >> 3 & 7) as f32, 100.0 * (i & 7) as f32]);
+        let grid = SparseGrid::new(Velocity([0.0; 3]), vec![IVec3::ZERO], (0..LEAF_SIZE).map(value).collect(), vec![]);
+        let found = centred(&grid).value(IVec3::new(2, 3, 4));
+        assert_eq!(found, Vec3::new(2.5, 35.0, 450.0));
+        // Beyond the leaf there is the background.
+        assert_eq!(centred(&grid).value(IVec3::new(7, 3, 4)).x, 3.5);
+    }
+}
