@@ -78,9 +78,8 @@ impl Dense {
 
     fn sample(&self, p: Vec3) -> f32 {
         let index = p * self.scale + self.offset;
-        if self.is_clipped && (index + 0.5).min_element() < 0.0
-            || self.is_clipped && (index + 0.5 - IVec3::from(self.size).as_vec3()).max_element() > 0.0
-        {
+        let beyond = (-0.5 - index).max(index + 0.5 - IVec3::from(self.size).as_vec3());
+        if self.is_clipped && beyond.max_element() > 0.0 {
             return 0.0;
         }
         let low = index.floor();

@@ -95,6 +95,6 @@ pub fn columns_mean(film: &Film, from: usize, to: usize) -> ([f64; 3], [f64; 3])
         let values = image.channel(name).expect("every render has it").iter().enumerate();
         values.filter(|(i, _)| (from..to).contains(&(i % width))).map(|(_, v)| f64::from(*v)).sum::<f64>()
     };
-    let count = (image.bounds.area() as usize / width * (to - from)) as f64;
+    let count = (image.bounds.area() / width * (to - from)) as f64;
     (["R", "G", "B"].map(|c| sum(c) / count), ["R", "G", "B"].map(|c| sum(&format!("variance.{c}")).sqrt() / count))
 }

@@ -363,7 +363,7 @@ impl Majorants {
             .into_par_iter()
             .map(|(block, node)| {
                 let is_empty = |other: IVec3, slot: usize| {
-                    self.block(other).map_or_else(|node| node.fine[slot], |bound| bound) == self.background
+                    self.block(other).unwrap_or_else(|node| node.fine[slot]) == self.background
                 };
                 (node, clearance::measure(block, is_empty))
             })
