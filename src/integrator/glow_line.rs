@@ -1,4 +1,4 @@
-//! Emission of media given by grids along a whole ray that nothing but the ray itself finds: from the camera, or behind a mirror.
+//! Emission of media given by grids along a whole ray that nothing but the ray itself finds: from the camera, or from a mirror.
 //!
 //! Source: Simon, Hanika, Zirr, Dachsbacher, "Line Integration for Rendering Heterogeneous Emissive Volumes", EGSR 2017: the emission does not
 //! stop where the path happens to scatter; all of it is gathered up to the next surface, Σ_k T(t_k) e(t_k) / r(t_k) over the points of
@@ -16,6 +16,10 @@
 //! nothing is biased; it is bounded by μ̄ so that no factor is negative, and the closer the farther apart the points are
 //! ([`MOST_DEPTH`]), because a gap between two points where there is nothing would be counted too bright rarely but by much.
 //! Homogeneous media take off what is known exactly.
+//!
+//! Rays from vertices that sample lights gather emission as far as their flight comes. With such lines for them and for light samples, weighed by the pdfs of
+//! their directions alone, the scene `explosion` (160 × 90 pixels, 32 samples) has 0.83 times the error² and takes 1.24 times the time, `torch` and its error
+//! stay as they are.
 
 use arrayvec::ArrayVec;
 
