@@ -67,11 +67,11 @@ fn seen(from: f64, to: f64, extinction: impl Fn(f64) -> f64, emission: impl Fn(f
     integrate(from, to, 64, |z| (-depth(z)).exp() * emission(z)).abs()
 }
 
-/// A medium of extinction 1e-6 is met by one ray in a million; its glow is seen by all. One sample of all of it, dense or thin, is off by a third of it or
-/// less, channel by channel; what is gathered at collisions, up to the first real one, by 0.5 to 1 (and so fails).
+/// A medium of extinction 1e-6 is met by one ray in a million; its glow is seen by all. One sample of all of it, dense or thin, is off by a fifth of it,
+/// channel by channel; what is gathered at collisions, up to the first real one, by 0.5 to 1 (and so fails).
 #[test]
 fn flames_glow_as_quadrature_says_however_thin_they_are() {
-    for (scale, radiance, noise) in [(1e-6, 1e6, 0.2), (1.0, 1.0, 0.4), (1e-9, 1e12, 0.2), (30.0, 1e3, 0.45)] {
+    for (scale, radiance, noise) in [(1e-6, 1e6, 0.2), (1.0, 1.0, 0.2), (1e-9, 1e12, 0.2), (30.0, 1e3, 0.3)] {
         let world = format!("{}{}", flame(scale, radiance), boundary("f", "", CUBE));
         let (spp, expected) = (2048, expected(scale, radiance));
         let (mean, error) = along_z(1).mean(&world, spp);

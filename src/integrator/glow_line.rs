@@ -129,7 +129,7 @@ impl Line<'_> {
                 grid.pass(ray, limit, &mut self.passed, stream, counters);
             }
             self.passed *= fog.map(|mu| (-mu * (limit - t) as f32).exp());
-            if !self.survives(stream) {
+            if !survives(&mut self.passed, stream) {
                 return false;
             }
             t = limit;
@@ -138,16 +138,17 @@ impl Line<'_> {
             grids[emitter].look_ahead(ray, counters);
         }
     }
+}
 
-    /// Unbiased Russian roulette (Arvo & Kirk 1990).
-    fn survives(&mut self, stream: &mut Stream) -> bool {
-        if self.passed.max_channel() < ROULETTE_BELOW {
-            let goes_on = !self.passed.is_black() && stream.next_f32() < ROULETTE_SURVIVAL;
-            self.passed *= if goes_on { 1.0 / ROULETTE_SURVIVAL } else { 0.0 };
-            return goes_on;
-        }
-        true
+/// Unbiased Russian roulette (Arvo & Kirk 1990).
+#[inline]
+fn survives(passed: &mut Rgb, stream: &mut Stream) -> bool {
+    if passed.max_channel() < ROULETTE_BELOW {
+        let goes_on = !passed.is_black() && stream.next_f32() < ROULETTE_SURVIVAL;
+        *passed *= if goes_on { 1.0 / ROULETTE_SURVIVAL } else { 0.0 };
+        return goes_on;
     }
+    true
 }
 
 /// A point that the line comes to next.
@@ -252,6 +253,10 @@ impl<'m> GridLine<'m> {
             let left = extinction - if is_controlled { under(majorant) } else { Rgb::BLACK };
             *passed *= left.map(|mu| (1.0 - mu / majorant).max(0.0));
             *depth = f64::from(stream.next_exponential());
+            // Here too: in a medium of great extinction there are very many collisions from one point to the next.
+            if !survives(passed, stream) {
+                return;
+            }
         }
     }
 }
