@@ -11,7 +11,7 @@ use common::{
 
 /// Looks along z through the middle of the box from −1 to 1.
 fn along_z(depth: u32) -> Shot {
-    Shot { fov: 0.01, size: 8, depth, ..Shot::default() }
+    Shot { fov: 0.001, size: 8, depth, ..Shot::default() }
 }
 
 /// What a grid of samples at the centres of `values.len()` cells from −1 to 1 holds at z: nothing outside, linear between.
@@ -67,12 +67,13 @@ fn seen(from: f64, to: f64, extinction: impl Fn(f64) -> f64, emission: impl Fn(f
     integrate(from, to, 64, |z| (-depth(z)).exp() * emission(z)).abs()
 }
 
-/// A medium of extinction 1e-6 is met by one ray in a million; its glow is seen by all, with less noise than the glow is bright.
+/// A medium of extinction 1e-6 is met by one ray in a million; its glow is seen by all. One sample of all of it, dense or thin, is off by a fifth of it,
+/// channel by channel; what is gathered at collisions, up to the first real one, by 0.5 to 1 (and so fails).
 #[test]
 fn flames_glow_as_quadrature_says_however_thin_they_are() {
-    for (scale, radiance, noise) in [(1e-6, 1e6, 0.8), (1.0, 1.0, 1.5), (1e-9, 1e12, 0.8), (30.0, 1e3, 12.0)] {
+    for (scale, radiance, noise) in [(1e-6, 1e6, 0.2), (1.0, 1.0, 0.2), (1e-9, 1e12, 0.2), (30.0, 1e3, 0.3)] {
         let world = format!("{}{}", flame(scale, radiance), boundary("f", "", CUBE));
-        let (spp, expected) = (if noise > 2.0 { 16384 } else { 2048 }, expected(scale, radiance));
+        let (spp, expected) = (2048, expected(scale, radiance));
         let (mean, error) = along_z(1).mean(&world, spp);
         for c in 0..3 {
             let deviation = error[c] * f64::from(spp * 64).sqrt() / expected[c];
