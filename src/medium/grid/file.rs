@@ -43,9 +43,9 @@ pub struct GridSummary {
     pub map: String,
     /// Stored with half precision.
     pub half: bool,
-    /// The smallest and largest value in use (vectors: of the largest components), after any conversion.
+    /// The smallest and largest value in use (vectors: of the largest components, velocities: of the speeds), after any conversion.
     pub range: Option<(f32, f32)>,
-    /// NaN, infinite and negative values, which become 0.
+    /// NaN, infinite and (but for velocities) negative values, which become 0.
     pub bad_voxels: u64,
     /// What was done to it, or why it cannot be used.
     pub note: Option<String>,
@@ -155,18 +155,30 @@ mod reading {
         DVec3::AXES.map(|axis| (map.to_render(at + axis) - map.to_render(at)).length())
     }
 
+    /// Whether a grid of vectors holds velocities, as far as names tell, and no colours.
+    fn is_velocity(grid: &VdbGrid) -> bool {
+        let h = &grid.header;
+        h.class == GridClass::Staggered || ["v", "vel", "velocity"].contains(&h.name.as_str())
+    }
+
     /// Every grid of the file `path`, whether it can be used or why not.
     pub fn describe(path: &Path) -> Result<VdbSummary, SceneErrorKind> {
         let grids = read(path)?;
         let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
         let grids = grids.into_iter().map(|mut grid| {
+            let moving = velocities(&grid).filter(|_| is_velocity(&grid));
             let any = voxels(&mut grid);
             let h = &grid.header;
-            let range = any.as_ref().and_then(|any| match any {
-                AnyGrid::Scalar(ScalarGrid::Single(g)) => g.range(),
-                AnyGrid::Scalar(ScalarGrid::Half(g)) => g.range(),
-                AnyGrid::Vector(g) => g.range(),
+            let range = any.as_ref().and_then(|any| match (any, &moving) {
+                (_, Some(g)) => g.range(),
+                (AnyGrid::Scalar(ScalarGrid::Single(g)), None) => g.range(),
+                (AnyGrid::Scalar(ScalarGrid::Half(g)), None) => g.range(),
+                (AnyGrid::Vector(g), None) => g.range(),
             });
+            let bad_voxels = match (&any, &moving) {
+                (_, Some(g)) => g.bad_voxels(),
+                (any, None) => any.as_ref().map_or(0, AnyGrid::bad_voxels),
+            };
             let converted = h.was_level_set.then(|| "level set, converted to a fog volume".to_owned());
             GridSummary {
                 name: h.name.clone(),
@@ -181,7 +193,7 @@ mod reading {
                 map: h.map_name.clone(),
                 half: h.saved_as_half,
                 range,
-                bad_voxels: any.as_ref().map_or(0, AnyGrid::bad_voxels),
+                bad_voxels,
                 note: h.skipped.clone().or(converted),
                 loads: any.is_some(),
                 metadata: h.metadata.clone(),

@@ -19,6 +19,8 @@ pub const POINTS: f64 = 8.0;
 /// Points for each tentative collision, where that is more: what is seen of a fire that hides itself is a few free paths deep. In `explosion` the
 /// error² of what the camera sees itself is as 3.1, 2.1 and 1 with 0, 1 and 2; that of the whole image is 1.7 times as large with half a point as with two.
 const PER_COLLISION: f32 = 2.0;
+/// The share of the largest emission from which on it gets all of those points; what is dimmer gets fewer, in proportion.
+const BRIGHT: f32 = 0.01;
 
 /// How the rate grows with emission.
 pub const EXPONENT: f64 = 0.5;
@@ -29,12 +31,15 @@ pub(super) struct Gathering {
     factor: f64,
     /// One a voxel.
     ceiling: f32,
+    /// Bounds of emission that count as bright.
+    bright: f32,
 }
 
 impl Gathering {
-    /// For a medium along whose typical rays [`Gathering::measure`] adds up to `typical`, voxels being `voxel` long.
-    pub fn new(typical: f64, voxel: f32) -> Self {
-        Self { factor: POINTS / typical, ceiling: 1.0 / voxel }
+    /// For a medium whose emission is `largest` at most, along whose typical rays [`Gathering::measure`] adds up to `typical`, voxels being
+    /// `voxel` long.
+    pub fn new(typical: f64, largest: f32, voxel: f32) -> Self {
+        Self { factor: POINTS / typical, ceiling: 1.0 / voxel, bright: (BRIGHT * largest).max(f32::MIN_POSITIVE) }
     }
 
     /// What the rate is proportional to, for the emission `bound`.
@@ -48,7 +53,7 @@ impl Gathering {
         if bound > 0.0 {
             // A product that is NaN or infinite (no typical ray is known) is the ceiling.
             let own = ((self.factor * Self::measure(bound)) as f32).max(f32::MIN_POSITIVE);
-            own.max(PER_COLLISION * extinction).min(self.ceiling)
+            own.max(PER_COLLISION * extinction * (bound / self.bright).min(1.0)).min(self.ceiling)
         } else {
             0.0
         }

@@ -133,7 +133,7 @@ impl GridMedium {
         }
         let survey = Survey::new(&bounds, &lattice.cells_from_render, self.clip_voxels, |p| self.point(p, HALF_WAY));
         let typical = survey.as_ref().map_or(0.0, Survey::typical);
-        let gathering = Gathering::new(typical, voxel_edge(&lattice.cells_from_render));
+        let gathering = Gathering::new(typical, bounds.largest(), voxel_edge(&lattice.cells_from_render));
         self.energy = survey.as_ref().and_then(EnergyGrid::new).map(Arc::new);
         self.gathering = Some(bounds.combined(&self.majorants, |e, extinction| gathering.rate(e, extinction)));
     }

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::*;
 use crate::math::sampler::Stream;
-use crate::medium::grid::{GridMedium, GridMediumParts};
 use crate::medium::grid::sparse::{SparseGrid, TileOf};
 use crate::medium::grid::tests::{affine, blob, check_rays, parts};
 use crate::medium::grid::velocity::Velocity;
+use crate::medium::grid::{GridMedium, GridMediumParts};
 
 fn random(stream: &mut Stream, most: f32) -> Velocity {
     Velocity([(); 3].map(|()| most * (2.0 * stream.next_f32() - 1.0)))
@@ -58,7 +58,8 @@ fn what_moves_evenly_is_where_it_was() {
     let motion =
         Motion { grid, map: affine(1.0, DVec3::ZERO), render_from_velocity: Mat3::IDENTITY * 2.0, written_at: 0.25 };
     let still = GridMedium::new(parts(density(3), affine(1.0, DVec3::ZERO)));
-    let moving = GridMedium::new(GridMediumParts { motion: Some(motion), ..parts(density(3), affine(1.0, DVec3::ZERO)) });
+    let moving =
+        GridMedium::new(GridMediumParts { motion: Some(motion), ..parts(density(3), affine(1.0, DVec3::ZERO)) });
     let mut stream = Stream::from_seed(2);
     let mut met = 0;
     for _ in 0..20_000 {
@@ -76,7 +77,8 @@ fn what_does_not_move_has_the_same_bounds() {
     let grid = Arc::new(SparseGrid::new(Velocity([0.0; 3]), vec![], vec![], vec![]));
     let motion = Motion { grid, map: affine(1.0, DVec3::ZERO), render_from_velocity: Mat3::IDENTITY, written_at: 0.0 };
     let still = GridMedium::new(parts(density(3), affine(1.0, DVec3::ZERO)));
-    let moving = GridMedium::new(GridMediumParts { motion: Some(motion), ..parts(density(3), affine(1.0, DVec3::ZERO)) });
+    let moving =
+        GridMedium::new(GridMediumParts { motion: Some(motion), ..parts(density(3), affine(1.0, DVec3::ZERO)) });
     assert_eq!(still.bounds(), moving.bounds());
     let ray = (Vec3::new(-90.0, 3.0, 2.0), Vec3::new(0.96, 0.2, 0.1961));
     let of = |medium: &GridMedium| medium.majorants(ray.0, ray.1, 0.0, 200.0).map(|s| s.majorant).collect::<Vec<_>>();
