@@ -332,15 +332,17 @@ impl Pass<'_> {
             .sum()
     }
 
-    /// The address of a sample's random numbers. The samples of a pixel are points of one sequence, each where the others are not. Where one pass
-    /// learns from the one before that would be bias, so then every pass has a sequence of its own.
-    fn sample_id(&self, pixel: [u32; 2], sample: u32) -> SampleId {
-        let first = self.samples.start;
+    /// The addresses of a sample's random numbers, for its camera ray and for its path. The samples of a pixel are points of one sequence, each where
+    /// the others are not. Where one pass learns from the one before that would be bias, so then paths have a sequence of their own in every
+    /// pass. Camera rays need none: whatever was learned, the path along a ray is expected to bring what arrives along it, and the rays
+    /// as such are spread evenly.
+    fn sample_ids(&self, pixel: [u32; 2], sample: u32) -> [SampleId; 2] {
+        let (first, of_all) = (self.samples.start, SampleId { seed: self.seed, pixel, sample });
         if first > 0 && self.learns {
             let seed = mix(u64::from(self.seed) << 32 | u64::from(first)) as u32;
-            return SampleId { seed, pixel, sample: sample - first };
+            return [of_all, SampleId { seed, pixel, sample: sample - first }];
         }
-        SampleId { seed: self.seed, pixel, sample }
+        [of_all; 2]
     }
 
     fn pixel<const MEDIA: bool>(&self, pixel: [u32; 2], mix: &mut TileMix, scratch: &mut Scratch) -> PixelSamples {
@@ -357,9 +359,9 @@ impl Pass<'_> {
             if self.interrupt.load(Ordering::Relaxed) {
                 break;
             }
-            let random = SamplePoint::new(self.sample_id(pixel, sample));
-            let [jitter_x, jitter_y, lens_u, lens_v] = random.draw::<4>(0, Dimension::Camera);
-            let [u_time] = random.draw::<1>(0, Dimension::Time);
+            let [camera, random] = self.sample_ids(pixel, sample).map(SamplePoint::new);
+            let [jitter_x, jitter_y, lens_u, lens_v] = camera.draw::<4>(0, Dimension::Camera);
+            let [u_time] = camera.draw::<1>(0, Dimension::Time);
             let position = corner + Vec2::splat(0.5) + job.film.filter.sample([jitter_x, jitter_y]);
             let ray = job.camera.ray(position, [lens_u, lens_v], u_time);
             let result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch);
