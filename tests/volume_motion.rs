@@ -103,7 +103,11 @@ fn what_cannot_move_a_medium_is_named() {
         ("\"string velocity\" \"density\"", "vectors"),
         ("\"string velocity\" \"v\" \"float velocityscale\" 1e6", "too many"),
     ] {
-        let world = medium(&file, parameters);
+        let world = format!(
+            "{}{}",
+            medium(&file, parameters),
+            common::boundary("m", "", "Shape \"sphere\" \"float radius\" 4")
+        );
         let scene = folder.path().join("scene.pbrt");
         std::fs::write(&scene, Shot::default().text(&world)).expect("written");
         let prepared = prepare_file(&scene, &Options::default(), &mut Warnings::default());

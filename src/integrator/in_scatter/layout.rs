@@ -26,9 +26,7 @@ const KNOT_DEPTH: f32 = 0.5;
 const DEEPEST: f32 = 9.0;
 /// Rays share knots up to this angle, in radians: what one pixel spans in an image of some hundred pixels, several in a larger one.
 const SAME_RAY: f32 = 0.003;
-/// Where media are the same everywhere, what knots know changes no faster than from cache point to cache point: rays share them where they are no
-/// farther apart than this many of the points' radii, and up to this angle.
-const SAME_RADII: f32 = 0.25;
+/// Up to this one where there are but beams, which are every ray's own, in media that are the same everywhere.
 const WIDEST: f32 = 0.05;
 /// How often the knots of a pixel are laid out anew because a ray reaches farther than the ones before.
 const MOST_LAYOUTS: u32 = 3;
@@ -65,16 +63,18 @@ pub(super) fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &R
     let t_end = ray.t_max.min(leaves(ray, world.extent));
     let inside = Ray { t_max: t_end, ..*ray };
     let has_beams = !cache.beams().is_empty();
+    let only_beams = cache.scatters_only_beams();
+    let angle = if only_beams { WIDEST } else { SAME_RAY };
     let mut layout = Layout {
         world,
         cache,
         ray,
         density: &mut density,
         has_beams,
-        only_beams: cache.scatters_only_beams(),
+        only_beams,
         depth: Rgb::BLACK,
         lookups: 0,
-        angle: WIDEST,
+        angle,
     };
     each_stretch(world, &inside, &mut regions.clone(), scratch, |stretch, media| {
         if !media.is_empty() {
@@ -149,7 +149,6 @@ impl Layout<'_> {
         let radius = if self.only_beams { f32::INFINITY } else { radius };
         let (mut extinction, mut scattered, mut all) = (Rgb::BLACK, Rgb::BLACK, Rgb::BLACK);
         let (mut g_sum, mut sum) = (0.0, 0.0);
-        self.angle = self.angle.min((SAME_RADII * radius / t).max(SAME_RAY));
         for &id in media {
             let medium = self.world.medium(id);
             if matches!(medium, Medium::Grid(_)) {
