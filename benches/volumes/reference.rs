@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use glam::{DVec3, IVec3, Vec3};
+use glam::{IVec3, Vec3};
 use lanternfish::geometry::Ray;
 use lanternfish::math::sampler::Stream;
 
@@ -51,7 +51,7 @@ impl Dense {
         let Some(AnyGrid::Scalar(voxels)) = file::voxels(&mut grid) else { return None };
         let (low, high) = voxels.bounds()?;
         let (to, corner) = (map.local_from_render().matrix3, low.as_dvec3());
-        let scale = DVec3::new(to.x_axis.x, to.y_axis.y, to.z_axis.z);
+        let scale = glam::DVec3::new(to.x_axis.x, to.y_axis.y, to.z_axis.z);
         let is_straight = map.is_linear() && (to.x_axis + to.y_axis + to.z_axis).abs_diff_eq(scale, 1e-12);
         let offset = map.local_from_render().translation - corner;
         let size = (high - low + 1).to_array();
