@@ -64,12 +64,13 @@ const ABLATIONS: [Variant; 12] = [
 pub const AUTO: Variant = variant("auto", &[]);
 pub const NULL: Variant = variant("null", &["--volume-sampling", "null"]);
 
-const SAMPLING: [Variant; 6] = [
+const SAMPLING: [Variant; 7] = [
     AUTO,
     NULL,
     variant("in-scatter", &["--volume-sampling", "in-scatter"]),
     variant("both", &["--volume-sampling", "both"]),
     variant("null by the tree", &["--volume-sampling", "null", "--lights", "tree"]),
+    variant("equi-angular by the tree", &["--volume-sampling", "equi-angular", "--lights", "tree"]),
     NULL_WITHOUT_FIRES,
 ];
 

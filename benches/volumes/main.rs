@@ -1,12 +1,13 @@
 //! How many density look-ups a second one core does while it tracks through a fire: the integrator's own free flights (delta tracking)
-//! through its density alone (`flight`) and with its glow gathered at every collision (`glow`, where a file has a temperature), and
+//! through its density alone (`flight`) and with its glow gathered on the way (`glow`, where a file has a temperature), and
 //! transmittances (ratio tracking), along random chords of the grid's box. Then the same rays against the plainest tracker there is
 //! (`reference.rs`); what empty space costs (`empty.rs`); and how often paths ask cache points (`lookups.rs`).
 //!
 //!     cargo bench --bench volumes -- [--file FIRE.vdb] [--rays N] [--repetitions N] [--seed N] [--only KIND/DEPTH|reference|empty|lookups]
 //!
 //! Without a file, the largest fire of the project's shared data, or a fire made on the spot (a dense grid of 128³) where
-//! there is none. A tentative collision is one look-up of the density. Rates are per processor second; intervals are 95 %
+//! there is none. A tentative collision is one look-up of the density,
+//! a point that gathers glow one of density and of temperature. Rates are per processor second; intervals are 95 %
 //! confidence intervals over the repetitions. `depth` is the optical depth of the densest voxels across the box.
 
 mod against;
