@@ -92,8 +92,7 @@ fn media_with_one_boundary_are_their_sum() {
     family.assert(1e-6);
 }
 
-/// A camera on a face, an edge or a corner of media that touch: where it looks into one it sees it, and along a face every pixel is finite and
-/// between what one side and the other would let through.
+/// A camera on a face, an edge or a corner of media that touch: where it looks into one it sees it.
 #[test]
 #[cfg_attr(not(feature = "embree"), ignore = "native rays that start exactly on a face may miss it")]
 fn a_camera_on_boundaries() {
@@ -123,6 +122,23 @@ fn a_camera_on_boundaries() {
         let expected = [(-depth).exp(); 3];
         check(&format!("from {from:?} along {way:?}"), &of(from, way), &world, &options(512), expected, 0.02);
     }
+}
+
+/// Along a face every pixel is finite, and between what one side and the other would let through.
+#[test]
+fn a_camera_that_looks_along_faces() {
+    let [left, right] = [0.7, 0.2];
+    let media = format!(
+        "{}{}",
+        homogeneous("l", [left; 3], [0.0; 3], ""),
+        grid("r", 4, &[1.0; 64], [[-2.0; 3], [2.0; 3]], &grey(right, 0.0))
+    );
+    let world = format!(
+        "{DOME}{media}{}{}",
+        boundary("l", "", &format!("Translate -0.5 0 0 Scale 0.5 1 1 {CUBE}")),
+        boundary("r", "", &format!("Translate 0.5 0 0 Scale 0.5 1 1 {CUBE}")),
+    );
+    let of = |from: [f64; 3], way: [f64; 3]| ray(from, std::array::from_fn(|k| from[k] + way[k]));
     for (from, way) in [
         // In the face between both, and in outer faces and edges.
         ([0.0, 0.0, -0.9], [0.0, 0.0, 1.0]),
