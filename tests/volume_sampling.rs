@@ -39,6 +39,7 @@ fn agree(name: &str, shot: &Shot, world: &str, spp: u32, precision: f64) {
     let of = |volume_sampling| Options { volume_sampling, ..base.clone() };
     let rivals = [
         ("both", of(VolumeSampling::Both)),
+        ("paths", of(VolumeSampling::Paths)),
         ("in-scatter", of(VolumeSampling::InScatter)),
         ("auto", of(VolumeSampling::Auto)),
         ("both by cache points", Options { lights: LightSelection::CachePoints, ..of(VolumeSampling::Both) }),

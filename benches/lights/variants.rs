@@ -64,11 +64,12 @@ const ABLATIONS: [Variant; 12] = [
 pub const AUTO: Variant = variant("auto", &[]);
 pub const NULL: Variant = variant("null", &["--volume-sampling", "null"]);
 
-const SAMPLING: [Variant; 7] = [
+const SAMPLING: [Variant; 8] = [
     AUTO,
     NULL,
     variant("in-scatter", &["--volume-sampling", "in-scatter"]),
     variant("both", &["--volume-sampling", "both"]),
+    variant("paths", &["--volume-sampling", "paths"]),
     variant("null by the tree", &["--volume-sampling", "null", "--lights", "tree"]),
     variant("equi-angular by the tree", &["--volume-sampling", "equi-angular", "--lights", "tree"]),
     NULL_WITHOUT_FIRES,

@@ -15,7 +15,7 @@ use lanternfish::medium::grid::field::{Field, ScalarGrid};
 use lanternfish::medium::grid::map::IndexMap;
 use lanternfish::medium::grid::sparse::SparseGrid;
 use lanternfish::medium::grid::{GridMedium, GridMediumParts};
-use lanternfish::medium::tracker::{Tracker, Transmittance};
+use lanternfish::medium::tracker::{Flights, Tracker, Transmittance};
 use lanternfish::medium::{Medium, MediumId};
 use serde::Serialize;
 
@@ -102,8 +102,9 @@ fn cost(world: &World, rays: &[&Ray], seed: u64) -> f64 {
         for ray in std::iter::repeat_n(rays, rounds).flatten() {
             let mut steps = 0;
             let [origin, direction] = [ray.origin, ray.direction];
+            let (mut flights, stretch) = (Flights::new(), [0.0, ray.t_max]);
             let mut tracker =
-                Tracker::new(&world.media, &[MediumId(0)], origin, direction, [0.0, ray.t_max], &mut stream);
+                Tracker::new(&mut flights, &world.media, &[MediumId(0)], origin, direction, stretch, &mut stream);
             let mut passed = Transmittance::CLEAR;
             passed.track(&mut tracker, &world.media, ray, &mut stream, &mut steps);
             std::hint::black_box((passed.value, steps));

@@ -62,9 +62,10 @@ impl NearestPoint {
         let mut within = unit;
         let mut cell = self.cells[0];
         while let Cell::Inner(first) = cell {
-            let octant = (within * 2.0).min(Vec3::ONE).floor();
-            within = within * 2.0 - octant;
-            cell = self.cells[first as usize + octant_number(octant)];
+            let octant = within.cmpge(Vec3::splat(0.5));
+            within = within * 2.0 - Vec3::select(octant, Vec3::ONE, Vec3::ZERO);
+            // x is the lowest bit, as in `Cube::octant`.
+            cell = self.cells[first as usize + octant.bitmask() as usize];
         }
         let Cell::Leaf { first, count } = cell else { unreachable!("the loop ends at a leaf") };
         let list = &self.lists[first as usize..(first + count) as usize];
@@ -82,11 +83,6 @@ impl NearestPoint {
     pub fn memory(&self) -> usize {
         self.cells.capacity() * size_of::<Cell>() + self.lists.capacity() * size_of::<Entry>()
     }
-}
-
-#[inline]
-fn octant_number(octant: Vec3) -> usize {
-    octant.x as usize | (octant.y as usize) << 1 | (octant.z as usize) << 2
 }
 
 #[derive(Clone, Copy)]

@@ -91,6 +91,16 @@ impl FilmTile {
         self.bounds
     }
 
+    /// The mean over the channels of what `pixel`, which must lie within the tile, has gathered so far.
+    pub fn level(&self, pixel: [u32; 2]) -> f64 {
+        self.beauty[self.bounds.index(pixel)].mean.element_sum() / 3.0
+    }
+
+    /// The mean of that over all its pixels.
+    pub fn mean_level(&self) -> f64 {
+        self.beauty.iter().map(|moments| moments.mean.element_sum() / 3.0).sum::<f64>() / self.beauty.len() as f64
+    }
+
     /// Joins the samples of a pass to those of `pixel`, which must lie within the tile.
     pub fn merge(&mut self, pixel: [u32; 2], samples: &PixelSamples) {
         let index = self.bounds.index(pixel);

@@ -19,9 +19,9 @@ use crate::light::LinkSet;
 use crate::math::Rgb;
 use crate::math::phase::HenyeyGreenstein;
 use crate::math::sampler::Stream;
-use crate::medium::emission_points::EmissionPoints;
+use crate::medium::emission_points::{EmissionPoints, PointWalks};
 use crate::medium::regions::Regions;
-use crate::medium::tracker::{Tracker, Transmittance};
+use crate::medium::tracker::{Flights, Tracker, Transmittance};
 use crate::medium::{MediumId, MediumPoint};
 
 /// The weight of a path and the pdfs, relative to the hero's pdf of the path.
@@ -44,15 +44,6 @@ impl PathWeight {
     #[inline]
     pub fn alone(&self) -> Rgb {
         self.throughput / self.unidirectional.mean()
-    }
-
-    /// At a vertex where lights are sampled that several techniques may have found: the square of what `found` there would be by null tracking alone,
-    /// times its probability of being there over that of all techniques.
-    #[inline]
-    pub fn null_square(&self, found: Rgb) -> f64 {
-        let found = f64::from(found.luminance());
-        let null = f64::from(self.unidirectional.mean());
-        if found > 0.0 && null > 0.0 { found * found * f64::from(self.light.mean()) / null } else { 0.0 }
     }
 
     /// Throughput over the sum of the mean pdfs of both techniques (balance heuristic), `light_pdf` being that of sampling the light.
@@ -172,8 +163,9 @@ fn sample_stretch(
     }
     let Ray { origin, direction, .. } = *ray;
     let glows = if grids_glow && world.fires.is_some() { regions.media() } else { &[] };
-    let mut points = EmissionPoints::new(&world.media, glows, ray, stretch, || stream.next_f32());
-    let mut tracker = Tracker::new(&world.media, regions.media(), origin, direction, stretch, stream);
+    let (mut walks, mut flights) = (PointWalks::new(), Flights::new());
+    let mut points = EmissionPoints::new(&mut walks, &world.media, glows, ray, stretch, || stream.next_f32());
+    let mut tracker = Tracker::new(&mut flights, &world.media, regions.media(), origin, direction, stretch, stream);
     loop {
         let collision = tracker.next(stream);
         // Points have no part in the flight: they gather what their place emits, with what has come so far.
@@ -278,7 +270,9 @@ pub(super) fn pass(
         let media = regions.media();
         if !media.is_empty() && t_end > t_start {
             let (origin, direction) = (ray.origin, ray.direction);
-            let mut tracker = Tracker::new(&world.media, media, origin, direction, [t_start, t_end], stream);
+            let mut flights = Flights::new();
+            let mut tracker =
+                Tracker::new(&mut flights, &world.media, media, origin, direction, [t_start, t_end], stream);
             let steps = &mut scratch.counters.transmittance_steps;
             if !result.track(&mut tracker, &world.media, ray, stream, steps) {
                 break;

@@ -6,6 +6,7 @@ pub mod flight;
 mod fog_glow;
 mod glow_line;
 pub mod in_scatter;
+mod layers;
 pub mod light_choice;
 pub mod path;
 mod volume_light;

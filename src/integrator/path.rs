@@ -8,7 +8,9 @@ use super::counters::Counters;
 use super::direct::{DirectLight, Vertex};
 use super::flight::{FlightVertex, PathState, PathWeight, sample_flight};
 use super::glow_line;
-use super::in_scatter::{self, InScatter};
+use super::in_scatter::alternatives::OwnVertex;
+use super::in_scatter::{self, InScatter, null_share};
+use super::layers::{FirstVertex, Layers};
 use super::light_choice::LightScratch;
 use super::volume_light::FlightPdfs;
 use super::world::World;
@@ -27,8 +29,6 @@ pub struct PathSettings {
     pub max_depth: u32,
     /// From how many candidates the light sample of a vertex is resampled; 1 for no resampling.
     pub light_candidates: u32,
-    /// Whether vertices that null tracking finds on a camera ray sample lights also where in-scatter sampling draws such vertices.
-    pub null_samples_lights: bool,
 }
 
 /// Memory that a thread reuses from path to path.
@@ -44,39 +44,20 @@ pub struct Scratch {
     pub counters: Counters,
 }
 
-/// Sums contributions and sorts them into the image's layers, which add up to the beauty.
-struct Layers {
-    result: SampleResult,
-    /// What the path met first.
-    first: Option<FirstVertex>,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum FirstVertex {
-    Surface,
-    Medium,
-}
-
-impl Layers {
-    /// Adds light that arrives after `depth` bounces, from a medium or from elsewhere.
-    #[inline]
-    fn add(&mut self, contribution: Rgb, depth: u32, from_medium: bool) {
-        let result = &mut self.result;
-        result.beauty += contribution;
-        match (self.first, depth) {
-            (None, _) if !from_medium => result.emission += contribution,
-            (None | Some(FirstVertex::Medium), _) => result.volume += contribution,
-            (Some(FirstVertex::Surface), 1) => result.direct += contribution,
-            (Some(FirstVertex::Surface), _) => result.indirect += contribution,
-        }
-    }
-
-    /// Adds light that a medium scatters towards the camera, found beside the path.
-    #[inline]
-    fn add_scattered(&mut self, contribution: Rgb) {
-        self.result.beauty += contribution;
-        self.result.volume += contribution;
-    }
+/// A path on its way: where it goes next, and what it carries there.
+pub(super) struct Walk {
+    /// Its next ray.
+    pub ray: Ray,
+    /// Weight and media.
+    pub path: PathState,
+    /// Bounces so far.
+    pub depth: u32,
+    /// The last vertex, if lights were sampled from it.
+    pub sampled_from: Option<Vec3>,
+    /// What the path's weight counts in Russian roulette: undoes the radiance scaling of refraction, and the weight that it began with.
+    pub roulette_scale: f32,
+    /// The number of the next ray: 1 for a camera's alone.
+    pub index: u32,
 }
 
 /// The radiance that arrives along `ray` from a camera, as one unbiased sample, sorted into layers.
@@ -85,26 +66,38 @@ impl Layers {
 pub fn trace_path<const MEDIA: bool>(
     world: &World,
     settings: &PathSettings,
-    mut ray: Ray,
+    ray: Ray,
     random: &SamplePoint,
     scratch: &mut Scratch,
 ) -> SampleResult {
     scratch.counters.paths += 1;
     world.light_choice.begin_path(&mut scratch.lights);
-    let mut layers = Layers { result: SampleResult { depth: f32::INFINITY, ..Default::default() }, first: None };
-    let mut path = PathState {
+    let path = PathState {
         weight: PathWeight::START,
         regions: if MEDIA { camera_regions(world, &ray, scratch) } else { Default::default() },
         hero: if MEDIA { (random.draw::<2>(0, Dimension::Time)[1] * 3.0) as usize } else { 0 },
         links: None,
     };
-    let mut depth = 0;
-    // The last vertex, if lights were sampled from it.
-    let mut sampled_from: Option<Vec3> = None;
-    // Undoes the radiance scaling of refraction for Russian roulette.
-    let mut eta_scale = 1.0;
+    let start = Walk { ray, path, depth: 0, sampled_from: None, roulette_scale: 1.0, index: 1 };
+    let mut layers = Layers::new();
+    walk::<MEDIA>(world, settings, start, random, scratch, &mut layers);
+    layers.result
+}
 
-    for index in 1.. {
+/// Goes on along a path until it ends, and adds what it meets to `layers`.
+pub(super) fn walk<const MEDIA: bool>(
+    world: &World,
+    settings: &PathSettings,
+    start: Walk,
+    random: &SamplePoint,
+    scratch: &mut Scratch,
+    layers: &mut Layers,
+) {
+    let Walk { mut ray, mut path, mut depth, mut sampled_from, mut roulette_scale, index: first_index } = start;
+    // The first vertex, where in-scatter sampling may have come to as well.
+    let mut mixed: Option<OwnVertex> = None;
+
+    for index in first_index.. {
         ray.opacity_seed = random.hash(index, Dimension::Opacity);
         scratch.counters.closest_rays += 1;
         let hit = world.tracer.closest(&ray);
@@ -157,10 +150,14 @@ pub fn trace_path<const MEDIA: bool>(
                     let share = in_scatter::medium_share(world, path.regions.media(), medium, p, ray.time);
                     let expected = passed * share * scratch.in_scatter.expected(t);
                     is_drawn = expected > 0.0 && expected.is_finite();
-                    if is_drawn {
-                        let null = if settings.null_samples_lights { path.weight.light } else { Rgb::BLACK };
-                        path.weight.light = null + Rgb::splat(expected);
-                    }
+                    let drawn = if is_drawn { expected } else { 0.0 };
+                    let null = path.weight.unidirectional;
+                    roulette_scale = scratch.in_scatter.share(&mut path.weight, drawn);
+                    mixed = Some(OwnVertex {
+                        share: null_share(null, drawn),
+                        before: layers.result.beauty,
+                        light: Rgb::BLACK,
+                    });
                 }
                 let gathered_at = Vertex::Medium(&vertex);
                 let direct = DirectLight {
@@ -174,14 +171,15 @@ pub fn trace_path<const MEDIA: bool>(
                     random,
                     index,
                 };
-                if is_drawn && !settings.null_samples_lights {
+                if is_drawn && !scratch.in_scatter.null_lights() {
                     direct.prepare(scratch);
                 } else {
+                    let before = scratch.counters.work();
                     let gathered = direct.gather::<MEDIA>(scratch);
                     layers.add(gathered, depth, false);
-                    if is_mixed {
-                        scratch.in_scatter.scattered += gathered;
-                        scratch.in_scatter.null_square += path.weight.null_square(gathered);
+                    if let Some(vertex) = mixed.as_mut().filter(|_| is_mixed) {
+                        vertex.light = gathered;
+                        scratch.in_scatter.work.null_lights += scratch.counters.work() - before;
                     }
                 }
 
@@ -192,7 +190,7 @@ pub fn trace_path<const MEDIA: bool>(
                 sampled_from = Some(p);
                 path.links = Some(vertex.links);
                 ray = Ray { origin: p, direction: wi, t_max: f32::INFINITY, ..ray };
-                if !survives(&mut path.weight, eta_scale, depth, u_roulette) {
+                if !survives(&mut path.weight, roulette_scale, depth, u_roulette) {
                     break;
                 }
                 continue;
@@ -266,7 +264,7 @@ pub fn trace_path<const MEDIA: bool>(
         sampled_from = (!sample.is_specular).then_some(point.p);
         path.links = Some(LinkSet(world.geometry.links(point.shape, point.instance)));
         if sample.is_transmission {
-            eta_scale *= sample.eta * sample.eta;
+            roulette_scale *= sample.eta * sample.eta;
         }
         if MEDIA {
             // By the geometric normal: with shading normals a reflection may go through, a transmission may stay.
@@ -275,11 +273,14 @@ pub fn trace_path<const MEDIA: bool>(
         }
         let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
         ray = Ray { origin: vertex.ray_origin(sample.wi), direction: sample.wi, t_max: f32::INFINITY, ..ray };
-        if !survives(&mut path.weight, eta_scale, depth, u_roulette) {
+        if !survives(&mut path.weight, roulette_scale, depth, u_roulette) {
             break;
         }
     }
-    layers.result
+    if let Some(vertex) = mixed {
+        let rest = layers.result.beauty - (vertex.before + vertex.light);
+        scratch.in_scatter.add_own(&vertex, rest);
+    }
 }
 
 /// The regions where a camera ray starts: those of the camera's first position, taken along to where a moving camera or a
@@ -337,8 +338,8 @@ fn mis_weight(
 /// Unbiased Russian roulette (Arvo & Kirk 1990): from the second bounce on, a path that would count less than 1 goes on with that
 /// probability, and then counts as 1.
 #[inline]
-fn survives(weight: &mut PathWeight, eta_scale: f32, depth: u32, u: f32) -> bool {
-    let continuation = (weight.throughput * eta_scale).max_channel() / weight.unidirectional.mean();
+fn survives(weight: &mut PathWeight, roulette_scale: f32, depth: u32, u: f32) -> bool {
+    let continuation = (weight.throughput * roulette_scale).max_channel() / weight.unidirectional.mean();
     if continuation >= 1.0 || depth <= 1 {
         return true;
     }

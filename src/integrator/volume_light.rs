@@ -19,9 +19,9 @@ use crate::light::LinkSet;
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
 use crate::medium::MediumId;
-use crate::medium::emission_points::EmissionPoints;
+use crate::medium::emission_points::{EmissionPoints, PointWalks};
 use crate::medium::regions::Regions;
-use crate::medium::tracker::{Tracker, Transmittance};
+use crate::medium::tracker::{Flights, Tracker, Transmittance};
 
 /// Gathers the emission of `medium` along `ray` up to the first surface: `add` receives, at each point where it is gathered, what
 /// passes from there to the ray's origin, and μ_a L_e over the density of points.
@@ -79,8 +79,9 @@ fn gather_stretch(
 ) -> bool {
     let Ray { origin, direction, t_max, .. } = *ray;
     let glows = if media.contains(&emitter) { &[emitter][..] } else { &[] };
-    let mut points = EmissionPoints::new(&world.media, glows, ray, stretch, || stream.next_f32());
-    let mut tracker = Tracker::new(&world.media, media, origin, direction, stretch, stream);
+    let (mut walks, mut flights) = (PointWalks::new(), Flights::new());
+    let mut points = EmissionPoints::new(&mut walks, &world.media, glows, ray, stretch, || stream.next_f32());
+    let mut tracker = Tracker::new(&mut flights, &world.media, media, origin, direction, stretch, stream);
     loop {
         let collision = tracker.next(stream);
         while let Some(point) = points.next_before(tracker.distance()) {

@@ -25,7 +25,7 @@ pub struct EmissionPoint {
 }
 
 /// The points of one medium.
-pub(crate) struct PointWalk<'m> {
+pub struct PointWalk<'m> {
     medium: MediumId,
     walk: Walk<'m>,
     stride: f64,
@@ -81,25 +81,27 @@ impl<'m> PointWalk<'m> {
     }
 }
 
-/// The points of several media along a stretch of a ray, in order of distance.
-pub struct EmissionPoints<'m>(ArrayVec<PointWalk<'m>, { MAX_OVERLAP + 1 }>);
+/// Space for the points of several media, which stays where it is, as that of trackers does.
+pub type PointWalks<'m> = ArrayVec<PointWalk<'m>, { MAX_OVERLAP + 1 }>;
 
-impl<'m> EmissionPoints<'m> {
-    /// The points of those media of `active` that glow, as dense as their rates say.
+/// The points of several media along a stretch of a ray, in order of distance.
+pub struct EmissionPoints<'s, 'm>(&'s mut PointWalks<'m>);
+
+impl<'s, 'm> EmissionPoints<'s, 'm> {
+    /// The points of those media of `active` that glow, as dense as their rates say. `walks` is empty.
     #[inline]
     pub fn new(
+        walks: &'s mut PointWalks<'m>,
         media: &'m [Medium],
         active: &[MediumId],
         ray: &Ray,
         stretch: [f32; 2],
         mut u: impl FnMut() -> f32,
     ) -> Self {
-        // Filled in place, as trackers are.
-        let mut points = Self(ArrayVec::new());
         for &medium in active {
-            points.0.extend(PointWalk::new(media, medium, ray, stretch, 1.0, &mut u));
+            walks.extend(PointWalk::new(media, medium, ray, stretch, 1.0, &mut u));
         }
-        points
+        Self(walks)
     }
 
     /// Whether there are no more.

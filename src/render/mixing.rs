@@ -8,16 +8,16 @@
 use glam::Vec3;
 
 use super::settings::VolumeSampling;
-use crate::film::{Moments, PixelBounds, TILE_SIZE};
+use crate::film::{Moments, PixelBounds, SampleResult, TILE_SIZE};
 use crate::integrator::Scratch;
-use crate::integrator::in_scatter::InScatter;
-use crate::math::Rgb;
+use crate::integrator::in_scatter::alternatives::Mix;
+use crate::integrator::in_scatter::{InScatter, PointWork};
 
 /// How far around a tile others count, in tiles.
 const AROUND: usize = 1;
 
 /// Points a path that a tile may draw.
-const COUNTS: [f32; 4] = [0.0, 1.0, 2.0, 4.0];
+const COUNTS: [f32; 3] = [1.0, 2.0, 4.0];
 
 /// What one more point must gain to be drawn, and what none must gain for tiles to stop drawing.
 const WORTHWHILE: f64 = 0.95;
@@ -25,70 +25,117 @@ const WORTHWHILE: f64 = 0.95;
 /// Knots are laid out once a pass, and later passes have more samples: the share of that work that counts.
 const KNOTS_LATER: f64 = 0.25;
 
+/// Pixels count as no darker than this share of their tile's mean.
+const DARKEST: f64 = 0.1;
+
 /// Evidence of one tile from one pass.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Evidence {
-    /// Variance of a sample, summed over pixels.
+    /// Variance of a sample, relative to the square of the pixel's level, summed over pixels.
     with: f64,
-    /// As it would have been without points drawn.
-    without: f64,
     /// Of what the points bring.
     drawn: f64,
-    /// Work for all of it, and for the points.
-    work: [f64; 2],
+    /// As it would have been with each of [`Mix::OTHERS`].
+    others: [f64; Mix::OTHERS.len()],
+    /// Work for all of it.
+    work: f64,
+    /// And for points.
+    parts: Parts,
+}
+
+/// Work for points: to find them and what lights bring there, to go on from them, and for lights at null tracking's vertices.
+#[derive(Clone, Copy, Debug, Default)]
+struct Parts {
+    points: f64,
+    paths: f64,
+    null_lights: f64,
 }
 
 impl Evidence {
     fn add(&mut self, other: &Self) {
         self.with += other.with;
-        self.without += other.without;
         self.drawn += other.drawn;
-        self.work = [self.work[0] + other.work[0], self.work[1] + other.work[1]];
+        self.others = std::array::from_fn(|i| self.others[i] + other.others[i]);
+        self.work += other.work;
+        self.parts.points += other.parts.points;
+        self.parts.paths += other.parts.paths;
+        self.parts.null_lights += other.parts.null_lights;
     }
 
     /// The same in parts of this tile's own variance, so that a tile full of noise that points do not touch does not speak for those around it.
     fn relative(&self) -> Self {
-        let scale = 1.0 / (self.with + self.without.max(0.0));
-        if !scale.is_finite() {
-            return Self { work: self.work, ..Self::default() };
-        }
-        let Self { with, without, drawn, work } = *self;
-        Self { with: with * scale, without: without * scale, drawn: drawn * scale, work }
+        let scale = 1.0 / (self.with + self.others[0].max(0.0));
+        let scale = if scale.is_finite() { scale } else { 0.0 };
+        let others = self.others.map(|variance| variance * scale);
+        Self { with: self.with * scale, drawn: self.drawn * scale, others, ..*self }
     }
 
-    /// How many points a path should draw where it drew `count` of them: the number with the least variance times work.
-    fn best(&self, count: f32) -> f32 {
-        let rest = self.work[0] - self.work[1];
-        let others = (self.with - self.drawn).max(0.0);
-        let none = self.without.max(0.0) * rest;
-        let expected = |n: f32| {
-            let ratio = f64::from(n / count);
-            // Of more points than were tried, only their own variance is known to fall.
-            (others + self.drawn / ratio) * (rest + self.work[1] * ratio)
-        };
-        let mut best = (0.0, none);
-        for n in COUNTS.into_iter().filter(|&n| n > 0.0) {
-            let value = if n == count { self.with * self.work[0] } else { expected(n) };
+    /// What a tile should do that went by `way`: what has the least variance times work.
+    fn best(&self, way: Way) -> Way {
+        let Self { work, parts, .. } = *self;
+        let of_points = parts.points + parts.paths;
+        let rest = work - of_points - parts.null_lights;
+        let mut best = (way, f64::INFINITY);
+        let mut offer = |other: Way, variance: f64, work: f64| {
+            let value = variance.max(0.0) * work;
             if value < WORTHWHILE * best.1 {
-                best = (n, value);
+                best = (other, value);
             }
+        };
+        if way.mix == Mix::FULL {
+            for (mix, variance) in Mix::OTHERS.into_iter().zip(self.others) {
+                let on = |is_on: bool, work: f64| if is_on { work } else { 0.0 };
+                let parts =
+                    on(mix.draws, parts.points) + on(mix.goes_on, parts.paths) + on(mix.null_lights, parts.null_lights);
+                offer(Way { count: if mix.draws { way.count } else { 0.0 }, mix }, variance, rest + parts);
+            }
+        }
+        let others = (self.with - self.drawn).max(0.0);
+        for count in COUNTS {
+            let ratio = f64::from(count / way.count);
+            // Of more points than were tried, only their own variance is known to fall.
+            let variance = if count == way.count { self.with } else { others + self.drawn / ratio };
+            offer(Way { count, ..way }, variance, rest + parts.null_lights + of_points * ratio);
         }
         best.0
     }
 }
 
-/// One tile: how many points its paths draw, and what that has come to in the last pass.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TileMix {
+/// What the paths of a tile do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Way {
     /// Points that each camera path draws.
     count: f32,
+    mix: Mix,
+}
+
+impl Way {
+    const NULL: Self = Self { count: 0.0, mix: Mix::NULL };
+
+    const fn one(mix: Mix) -> Self {
+        Self { count: 1.0, mix }
+    }
+}
+
+impl Default for Way {
+    fn default() -> Self {
+        Self::NULL
+    }
+}
+
+/// One tile: what its paths do, and what that has come to in the last pass.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TileMix {
+    way: Way,
     /// Only one pixel in [`SPARSE`] draws them.
     is_sparse: bool,
     evidence: Evidence,
+    /// No pixel counts as darker than this.
+    floor: f64,
 }
 
 /// Of so many pixels one draws points where they are only tried.
-const SPARSE: u32 = 4;
+const SPARSE: u32 = 8;
 
 /// How far it has come with finding out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,12 +162,14 @@ impl Mixing {
     pub fn new(bounds: PixelBounds, sampling: Option<VolumeSampling>, is_shared: bool) -> Self {
         let tiles = |pixels: u32| pixels.div_ceil(TILE_SIZE) as usize;
         let (columns, rows) = (tiles(bounds.width()), tiles(bounds.height()));
-        let (stage, count) = match sampling {
-            None | Some(VolumeSampling::Null) => (Stage::Fixed, 0.0),
-            Some(VolumeSampling::Both | VolumeSampling::InScatter | VolumeSampling::EquiAngular) => (Stage::Fixed, 1.0),
-            Some(VolumeSampling::Auto) => (Stage::Waiting(if is_shared { 2 } else { 0 }), 0.0),
+        let (stage, way) = match sampling {
+            None | Some(VolumeSampling::Null) => (Stage::Fixed, Way::NULL),
+            Some(VolumeSampling::Both | VolumeSampling::EquiAngular) => (Stage::Fixed, Way::one(Mix::LIGHTS)),
+            Some(VolumeSampling::Paths) => (Stage::Fixed, Way::one(Mix::FULL)),
+            Some(VolumeSampling::InScatter) => (Stage::Fixed, Way::one(Mix::POINTS)),
+            Some(VolumeSampling::Auto) => (Stage::Waiting(if is_shared { 2 } else { 0 }), Way::NULL),
         };
-        let tile = TileMix { count, ..TileMix::default() };
+        let tile = TileMix { way, ..TileMix::default() };
         Self { columns, stage, tiles: vec![tile; columns * rows] }
     }
 
@@ -130,7 +179,7 @@ impl Mixing {
             && done >= until
         {
             self.stage = Stage::Adapting;
-            self.tiles.fill(TileMix { count: 1.0, is_sparse: until > 0, ..TileMix::default() });
+            self.tiles.fill(TileMix { way: Way::one(Mix::FULL), is_sparse: until > 0, ..TileMix::default() });
         }
     }
 
@@ -146,13 +195,13 @@ impl Mixing {
 
     /// Whether no tile draws points.
     pub fn is_off(&self) -> bool {
-        self.tiles.iter().all(|tile| tile.count == 0.0)
+        self.tiles.iter().all(|tile| tile.way.count == 0.0)
     }
 
     /// The share of tiles that draw points, and the mean number of points that they draw for a path.
     pub fn summary(&self) -> [f64; 2] {
-        let on = self.tiles.iter().filter(|tile| tile.count > 0.0).count();
-        let points: f64 = self.tiles.iter().map(|tile| f64::from(tile.count)).sum();
+        let on = self.tiles.iter().filter(|tile| tile.way.count > 0.0).count();
+        let points: f64 = self.tiles.iter().map(|tile| f64::from(tile.way.count)).sum();
         [on as f64 / self.tiles.len().max(1) as f64, if on > 0 { points / on as f64 } else { 0.0 }]
     }
 
@@ -164,7 +213,7 @@ impl Mixing {
         let rows = self.tiles.len() / self.columns.max(1);
         let before = self.tiles.clone();
         for (number, tile) in self.tiles.iter_mut().enumerate() {
-            if tile.count == 0.0 {
+            if tile.way.count == 0.0 {
                 continue;
             }
             let near = |i: usize, end: usize| i.saturating_sub(AROUND)..(i + AROUND + 1).min(end);
@@ -172,12 +221,12 @@ impl Mixing {
             for row in near(number / self.columns, rows) {
                 for column in near(number % self.columns, self.columns) {
                     let other = &before[row * self.columns + column];
-                    if other.count == tile.count {
+                    if other.way == tile.way {
                         evidence.add(&other.evidence.relative());
                     }
                 }
             }
-            tile.count = evidence.best(tile.count);
+            tile.way = evidence.best(tile.way);
         }
         self.tiles.iter_mut().for_each(|tile| (tile.evidence, tile.is_sparse) = Default::default());
     }
@@ -188,43 +237,54 @@ impl Mixing {
 pub struct PixelEvidence {
     /// What they brought, and what of it points that were drawn did.
     brought: Moments,
-    /// By how much the square of what they brought would be larger without points drawn.
-    more: f64,
+    /// By how much the square of what they brought would be larger with each of [`Mix::OTHERS`].
+    more: [f64; Mix::OTHERS.len()],
 }
 
 impl PixelEvidence {
-    /// Adds a sample that brought `beauty`.
+    /// Adds a sample.
     #[inline]
-    pub fn add(&mut self, beauty: Rgb, scratch: &Scratch) {
-        let InScatter { scattered, null_square, drawn, .. } = &scratch.in_scatter;
-        self.brought.add(Vec3::new(beauty.luminance(), drawn.luminance(), 0.0).as_dvec3());
-        self.more += null_square - f64::from(scattered.luminance()).powi(2);
+    pub fn add(&mut self, sample: &SampleResult, scratch: &Scratch) {
+        let InScatter { alternatives, drawn, .. } = &scratch.in_scatter;
+        self.brought.add(Vec3::new(sample.beauty.luminance(), drawn.luminance(), 0.0).as_dvec3());
+        let more = alternatives.more(f64::from((sample.beauty - sample.volume).luminance()));
+        self.more.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
     }
 
-    /// Adds the pixel to its tile.
-    pub fn add_to(&self, tile: &mut TileMix) {
+    /// Adds the pixel to its tile. `level` is what it came to in earlier passes (in this one it would depend on what is weighed by it): variances are
+    /// relative to it, so that the edge of a flame does not speak for the fog beside it.
+    pub fn add_to(&self, tile: &mut TileMix, level: f64) {
         let count = self.brought.count;
-        if count > 1 && self.brought.squares.is_finite() && self.more.is_finite() {
-            let [with, drawn, _] = (self.brought.squares / (count - 1) as f64).to_array();
-            // The mean is the same with and without: variances differ as squares do.
-            let without = with + self.more / count as f64;
-            tile.evidence.add(&Evidence { with, without, drawn, work: [0.0; 2] });
+        if count > 1 && self.brought.squares.is_finite() && self.more.iter().all(|more| more.is_finite()) {
+            let scale = 1.0 / (level * level + tile.floor * tile.floor);
+            let scale = if scale.is_finite() { scale } else { 1.0 };
+            let [with, drawn, _] = (self.brought.squares * (scale / (count - 1) as f64)).to_array();
+            // The mean is the same whatever is done: variances differ as squares do.
+            let others = self.more.map(|more| with + more * (scale / count as f64));
+            tile.evidence.add(&Evidence { with, drawn, others, ..Evidence::default() });
         }
     }
 }
 
 impl TileMix {
-    /// Points that the paths of `pixel` draw.
-    #[inline]
-    pub const fn count_at(&self, [x, y]: [u32; 2]) -> f32 {
-        if self.is_sparse && (x.wrapping_add(2 * y)) % SPARSE != 0 { 0.0 } else { self.count }
+    /// A pass begins where the tile's mean level is `level`.
+    pub fn begin_pass(&mut self, level: f64) {
+        self.floor = DARKEST * level;
     }
 
-    /// Adds what a pixel's samples took: work for all of it, for the points, and for laying out knots.
-    pub fn add_work(&mut self, all: u64, [points, knots]: [u64; 2]) {
-        let [all, points, knots] = [all, points, knots].map(|n| n as f64);
+    /// Points that the paths of `pixel` draw, and what they do.
+    #[inline]
+    pub const fn way_at(&self, [x, y]: [u32; 2]) -> (f32, Mix) {
+        let is_left_out = self.is_sparse && (x.wrapping_add(2 * y)) % SPARSE != 0;
+        (if is_left_out { 0.0 } else { self.way.count }, self.way.mix)
+    }
+
+    /// Adds what a pixel's samples took: work for all of it, and for points.
+    pub fn add_work(&mut self, all: u64, PointWork { knots, points, paths, null_lights }: PointWork) {
+        let [all, knots, points, paths, null_lights] = [all, knots, points, paths, null_lights].map(|n| n as f64);
         let later = KNOTS_LATER * knots;
-        self.evidence.add(&Evidence { work: [all - knots + later, points + later], ..Evidence::default() });
+        let parts = Parts { points: points + later, paths, null_lights };
+        self.evidence.add(&Evidence { work: all - knots + later, parts, ..Evidence::default() });
     }
 }
 
@@ -247,7 +307,13 @@ mod tests {
 
     #[test]
     fn points_are_drawn_where_they_pay() {
-        let evidence = |with, without| Evidence { with, without, drawn: 0.5 * with, work: [1.3, 0.3] };
+        let evidence = |with, without| Evidence {
+            with,
+            drawn: 0.5 * with,
+            others: [without, 9.0 * with, 9.0 * with, 9.0 * with],
+            work: 1.3,
+            parts: Parts { points: 0.2, paths: 0.1, null_lights: 0.0 },
+        };
         let mut mixing = mixing(VolumeSampling::Auto, false);
         // One sample tells no variance.
         pass(&mut mixing, 0, 1, |_| evidence(9.0, 1.0));
@@ -258,11 +324,11 @@ mod tests {
             1 => evidence(1e6, 1e6),
             _ => evidence(1.0, 1.0),
         });
-        let counts: Vec<f32> = mixing.tiles.iter().map(|tile| tile.count).collect();
+        let counts: Vec<f32> = mixing.tiles.iter().map(|tile| tile.way.count).collect();
         assert!(counts[0] > 0.0 && counts[1] > 0.0 && counts[2] == 0.0, "{counts:?}");
         // What is off stays off.
         pass(&mut mixing, 4, 4, |_| evidence(1.0, 20.0));
-        assert!(mixing.tiles[2].count == 0.0 && mixing.tiles[0].count > 0.0);
+        assert!(mixing.tiles[2].way.count == 0.0 && mixing.tiles[0].way.count > 0.0);
         pass(&mut mixing, 8, 8, |_| evidence(1.0, 1.0));
         assert!(mixing.is_off());
     }
@@ -275,7 +341,7 @@ mod tests {
             assert!(mixing.is_off());
         }
         mixing.begin_pass(2);
-        let drawing = (0..TILE_SIZE).filter(|&x| mixing.tiles[0].count_at([x, 3]) > 0.0).count();
+        let drawing = (0..TILE_SIZE).filter(|&x| mixing.tiles[0].way_at([x, 3]).0 > 0.0).count();
         assert_eq!(drawing as u32, TILE_SIZE / SPARSE);
         assert!(
             !self::mixing(VolumeSampling::Both, true).is_off() && self::mixing(VolumeSampling::Null, true).is_off()

@@ -146,7 +146,7 @@ impl Job {
         }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
-        let mut path = PathSettings { max_depth, light_candidates: 1, null_samples_lights: true };
+        let mut path = PathSettings { max_depth, light_candidates: 1 };
         let choice = build::ChoicePlan::of(&world.lights, &world.media, settings);
         if settings.plan_only {
             if choice.selector.is_some() {
@@ -169,7 +169,6 @@ impl Job {
         }
         path.light_candidates =
             settings.light_candidates.unwrap_or_else(|| build::light_candidates(&world.light_choice, settings.lights));
-        path.null_samples_lights = settings.volume_sampling != VolumeSampling::InScatter;
         let is_known = world.equi_angular.is_some() || world.light_choice.cache_points().is_some();
         let draws = choice.in_scatter && (settings.plan_only || is_known);
         let in_scatter = draws.then_some(settings.volume_sampling);
@@ -318,11 +317,12 @@ impl Pass<'_> {
                 let bounds = tile.bounds();
                 // What rays share never leaves the tile.
                 scratch.in_scatter.forget();
+                mix.begin_pass(tile.mean_level());
                 for pixel in bounds.pixels() {
                     let samples = if media {
-                        self.pixel::<true>(pixel, mix, scratch)
+                        self.pixel::<true>(pixel, mix, tile.level(pixel), scratch)
                     } else {
-                        self.pixel::<false>(pixel, mix, scratch)
+                        self.pixel::<false>(pixel, mix, 0.0, scratch)
                     };
                     tile.merge(pixel, &samples);
                 }
@@ -345,12 +345,20 @@ impl Pass<'_> {
         [of_all; 2]
     }
 
-    fn pixel<const MEDIA: bool>(&self, pixel: [u32; 2], mix: &mut TileMix, scratch: &mut Scratch) -> PixelSamples {
+    /// One pixel, in which `level` is what it has come to so far.
+    fn pixel<const MEDIA: bool>(
+        &self,
+        pixel: [u32; 2],
+        mix: &mut TileMix,
+        level: f64,
+        scratch: &mut Scratch,
+    ) -> PixelSamples {
         let job = self.job;
         let mut evidence = PixelEvidence::default();
         let before = if MEDIA { scratch.counters.work() } else { 0 };
         if MEDIA {
-            scratch.in_scatter.begin_pixel(mix.count_at(pixel));
+            let (count, mix) = mix.way_at(pixel);
+            scratch.in_scatter.begin_pixel(count, mix);
         }
         let mut samples = PixelSamples::new(job.film.sensor);
         let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
@@ -367,11 +375,11 @@ impl Pass<'_> {
             let result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch);
             samples.add(sample, &result);
             if MEDIA && scratch.in_scatter.is_on() {
-                evidence.add(result.beauty, scratch);
+                evidence.add(&result, scratch);
             }
         }
         if MEDIA && scratch.in_scatter.is_on() {
-            evidence.add_to(mix);
+            evidence.add_to(mix, level);
             mix.add_work(scratch.counters.work() - before, scratch.in_scatter.work);
         }
         samples

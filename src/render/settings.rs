@@ -65,6 +65,8 @@ pub enum VolumeSampling {
     InScatter,
     /// By both everywhere, weighed by multiple importance sampling.
     Both,
+    /// By both everywhere, and paths go on from the points that in-scatter sampling finds as well.
+    Paths,
     /// By null tracking and by equi-angular sampling everywhere: the lights are known, what hides them is not. For comparison.
     EquiAngular,
 }
@@ -155,7 +157,8 @@ impl RenderSettings {
             ignored("--splitting", "tree");
         }
         // `auto` builds cache points where there are many lights; in-scatter sampling has them beside any selector.
-        let draws = matches!(self.volume_sampling, VolumeSampling::InScatter | VolumeSampling::Both);
+        let draws =
+            matches!(self.volume_sampling, VolumeSampling::InScatter | VolumeSampling::Both | VolumeSampling::Paths);
         if !draws && !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
             let CacheSettings { gathering, visibility, refine, normals, beams, candidates, entries } = self.cache;
             let default = CacheSettings::default();

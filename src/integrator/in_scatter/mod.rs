@@ -10,12 +10,14 @@
 //!
 //! What is drawn is a place to sample lights from. So the direct light that a vertex on a camera ray receives is found in three ways
 //! (null tracking or in-scatter sampling with a light sample, null tracking with a phase sample), and weighed by the balance heuristic over
-//! all of them; longer paths go on from null tracking's vertices alone.
+//! all of them; longer paths go on from null tracking's vertices, and from those drawn too where that pays
+//! (**ours**: there the vertices as such are weighed by the balance heuristic).
 //!
-//! A file for each part: [`layout`] is what cache points know along a ray, [`beams`] where it crosses narrow ones, [`density`] the sum of both,
+//! A file for each part: [`alternatives`] is what other mixes would have found, [`layout`] is what cache points know along a ray, [`beams`] where it crosses narrow ones, [`density`] the sum of both,
 //! [`equi_angular`] a rival to compare with. Rays
 //! that share a layout differ a little, which is why any density that is 0 somewhere is allowed.
 
+pub mod alternatives;
 mod beams;
 mod density;
 pub mod equi_angular;
@@ -28,14 +30,16 @@ use glam::Vec3;
 
 use super::direct::{DirectLight, Vertex};
 use super::flight::{MediumVertex, PathState, PathWeight, pass};
+use super::layers::{FirstVertex, Layers};
 use super::light_choice::LightChoice;
-use super::path::{PathSettings, Scratch};
+use super::path::{PathSettings, Scratch, Walk, walk};
 use super::world::World;
 use crate::geometry::Ray;
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
 use crate::medium::regions::Regions;
 use crate::medium::{MediumId, MediumPoint};
+use alternatives::{Alternatives, Mix, OwnVertex};
 use density::RayDensity;
 use layout::{LaidOut, lay_out};
 use stretches::seed;
@@ -44,24 +48,37 @@ use stretches::seed;
 const FIRST_INDEX: u32 = 1 << 24;
 
 /// The density along the camera rays of a pixel, and what it brings. One per thread, reused.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct InScatter {
     density: RayDensity,
     laid_out: LaidOut,
     /// Points that each camera path draws: a whole number, or a probability.
     count: f32,
-    /// What the current path has found of the light that is scattered once, by points drawn and by its own vertex.
-    pub scattered: Rgb,
-    /// An estimate of the square of what null tracking alone would have found in its place, from the same vertices: those of either technique count
-    /// v² p / p_null, v being what they bring, p the pdf of both techniques together. So what null tracking finds once in a thousand
-    /// paths does not come as a surprise.
-    pub null_square: f64,
+    /// What they do.
+    mix: Mix,
+    /// What the current path has found, and what it would have found by other mixes. Known where [`Mix::FULL`] is in use.
+    pub alternatives: Alternatives,
     /// What the points drawn on the current path's camera ray brought.
     pub drawn: Rgb,
-    /// What they took, of all paths of the pixel so far, and what laying out knots for them took.
-    pub work: [u64; 2],
+    /// What the points took, of all paths of the pixel so far.
+    pub work: PointWork,
     /// Places on the camera rays of pilot paths.
     pub seeds: Vec<Vec3>,
+}
+
+impl Default for InScatter {
+    fn default() -> Self {
+        Self {
+            density: RayDensity::default(),
+            laid_out: LaidOut::default(),
+            count: 0.0,
+            mix: Mix::NULL,
+            alternatives: Alternatives::default(),
+            drawn: Rgb::BLACK,
+            work: PointWork::default(),
+            seeds: vec![],
+        }
+    }
 }
 
 impl InScatter {
@@ -71,10 +88,11 @@ impl InScatter {
         self.density.clear();
     }
 
-    /// A new pixel begins, each of whose paths draws `count` points: a whole number, or a probability. Its rays may share knots with the pixel
-    /// before.
-    pub fn begin_pixel(&mut self, count: f32) {
-        (self.count, self.laid_out.count, self.work) = (count, 0, [0; 2]);
+    /// A new pixel begins, each of whose paths draws `count` points (a whole number, or a probability), of which `mix` says what they do. Its
+    /// rays may share knots with the pixel before.
+    pub fn begin_pixel(&mut self, count: f32, mix: Mix) {
+        (self.count, self.mix, self.work) = (count, mix, PointWork::default());
+        self.laid_out.count = 0;
     }
 
     /// Whether the pixel's paths draw points.
@@ -88,9 +106,56 @@ impl InScatter {
     pub fn expected(&self, t: f32) -> f32 {
         self.count * self.density.pdf(t)
     }
+
+    /// Shares a vertex of first scattering, whose `weight` is that of null tracking (relative to any density), with in-scatter sampling, which comes
+    /// there with density `drawn`. Returns what its weight counts in Russian roulette from then on.
+    pub(super) fn share(&self, weight: &mut PathWeight, drawn: f32) -> f32 {
+        if !(drawn > 0.0 && drawn.is_finite()) {
+            return 1.0;
+        }
+        let (null, drawn) = (weight.unidirectional, Rgb::splat(drawn));
+        weight.light = if self.mix.null_lights { null + drawn } else { drawn };
+        if !self.mix.goes_on {
+            return 1.0;
+        }
+        weight.unidirectional = null + drawn;
+        let scale = weight.unidirectional.mean() / weight.throughput.max_channel();
+        if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
+    }
+
+    /// The path's own vertex of first scattering, after which `rest` came.
+    pub(super) fn add_own(&mut self, vertex: &OwnVertex, rest: Rgb) {
+        if self.mix == Mix::FULL {
+            self.alternatives.add_own(vertex, rest);
+        }
+    }
+
+    /// Whether vertices of null tracking where points are drawn as well sample lights.
+    pub(super) fn null_lights(&self) -> bool {
+        self.mix.null_lights
+    }
 }
 
-/// The direct light that points drawn on the camera ray `ray` scatter back along it. `path` is as it leaves the camera.
+/// What points took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PointWork {
+    /// To lay out knots.
+    pub knots: u64,
+    /// To draw points and gather what lights bring there.
+    pub points: u64,
+    /// To go on from there.
+    pub paths: u64,
+    /// To gather what lights bring at null tracking's vertices where points are drawn too.
+    pub null_lights: u64,
+}
+
+/// Null tracking's share of the density with which a vertex is found, `drawn` being that of points.
+pub(super) fn null_share(null: Rgb, drawn: f32) -> f64 {
+    let null = f64::from(null.mean());
+    null / (null + f64::from(drawn))
+}
+
+/// The light that points drawn on the camera ray `ray` scatter back along it. `path` is as it leaves the camera.
 pub fn gather(
     world: &World,
     settings: &PathSettings,
@@ -103,26 +168,26 @@ pub fn gather(
         seed(world, ray, &path.regions, random, scratch);
         return Rgb::BLACK;
     }
+    (scratch.in_scatter.alternatives, scratch.in_scatter.drawn) = Default::default();
     let mut before = scratch.counters.work();
     if let Some(lights) = &world.equi_angular {
         scratch.in_scatter.density.aim_at_lights(ray, lights, world.extent);
     } else {
         let Some(cache) = world.light_choice.cache_points() else { return Rgb::BLACK };
         lay_out(world, cache, ray, &path.regions, scratch);
-        scratch.in_scatter.work[1] += scratch.counters.work() - before;
+        scratch.in_scatter.work.knots += scratch.counters.work() - before;
         before = scratch.counters.work();
         scratch.counters.beam_crossings += scratch.in_scatter.density.aim(ray, &world.lights, cache) as u64;
     }
-    let count = scratch.in_scatter.count;
+    let InScatter { count, mix, .. } = scratch.in_scatter;
     let [u, u_count, u_medium] = random.draw::<3>(FIRST_INDEX, Dimension::InScatter);
     let draws = if count < 1.0 { u32::from(u_count < count) } else { count as u32 };
-    let mut to_point =
-        PathState { weight: PathWeight::START, regions: Regions::default(), hero: path.hero, links: None };
-    let (mut gathered, mut null_square) = (Rgb::BLACK, 0.0);
+    let wo = -ray.direction;
+    let mut on_paths = 0;
     for draw in 0..draws {
         let u = (f64::from(u) + f64::from(draw)) / f64::from(draws);
         let Some((t, pdf)) = scratch.in_scatter.density.sample(u) else { break };
-        let index = FIRST_INDEX + draw;
+        let index = FIRST_INDEX * (1 + draw);
         let mut stream = random.stream(index, Dimension::Flight);
         let mut regions = Cow::Borrowed(&path.regions);
         let (passed, t) = pass(world, &Ray { t_max: t, ..*ray }, &mut regions, &mut stream, scratch);
@@ -134,29 +199,56 @@ pub fn gather(
         let MediumPoint { absorption, scattering, .. } = world.medium(medium).coefficients(p, ray.time);
         // All weights are relative to the density of having drawn this point and medium.
         let inverse = 1.0 / (pdf * share);
-        let unidirectional = passed.pass_probability * (absorption + scattering) * inverse;
-        let null = if settings.null_samples_lights { unidirectional } else { Rgb::BLACK };
-        to_point.weight = PathWeight {
-            throughput: passed.value * scattering * inverse,
-            unidirectional,
-            light: null + Rgb::splat(count),
-        };
+        let null = passed.pass_probability * (absorption + scattering) * inverse;
+        let mut weight =
+            PathWeight { throughput: passed.value * scattering * inverse, unidirectional: null, light: null };
+        let roulette_scale = scratch.in_scatter.share(&mut weight, count);
+        let mut to_point = PathState { weight, regions: Regions::default(), hero: path.hero, links: None };
         to_point.regions.copy_from(&regions);
         scratch.counters.medium_vertices += 1;
-        let (vertex, wo) = (MediumVertex::new(world, p, medium), -ray.direction);
-        let vertex = Vertex::Medium(&vertex);
-        let direct =
-            DirectLight { world, settings, vertex, wo, time: ray.time, path: &to_point, depth: 1, random, index };
-        let found = direct.gather::<true>(scratch);
-        gathered += found;
-        null_square += to_point.weight.null_square(found);
+        let vertex = MediumVertex::new(world, p, medium);
+        let direct = DirectLight {
+            world,
+            settings,
+            vertex: Vertex::Medium(&vertex),
+            wo,
+            time: ray.time,
+            path: &to_point,
+            depth: 1,
+            random,
+            index,
+        };
+        let mut found = [direct.gather::<true>(scratch), Rgb::BLACK];
+        if mix.goes_on {
+            let before = scratch.counters.work();
+            let [u0, u1] = random.draw::<2>(index, Dimension::Scatter);
+            let wi = vertex.phase.sample(wo, [u0, u1]);
+            to_point.weight.light = to_point.weight.light / vertex.phase.evaluate(wo, wi);
+            to_point.links = Some(vertex.links);
+            let start = Walk {
+                ray: Ray { origin: p, direction: wi, t_max: f32::INFINITY, ..*ray },
+                path: to_point,
+                depth: 1,
+                sampled_from: Some(p),
+                roulette_scale,
+                index: index + 1,
+            };
+            let mut layers = Layers { first: Some(FirstVertex::Medium), ..Layers::default() };
+            walk::<true>(world, settings, start, random, scratch, &mut layers);
+            found[1] = layers.result.beauty;
+            on_paths += scratch.counters.work() - before;
+        }
+        if mix == Mix::FULL {
+            scratch.in_scatter.alternatives.add_drawn(null_share(null, count), found);
+        }
+        scratch.in_scatter.drawn += found[0] + found[1];
     }
     // The path begins without a cache point in use.
     world.light_choice.begin_path(&mut scratch.lights);
-    let in_scatter = &mut scratch.in_scatter;
-    (in_scatter.drawn, in_scatter.scattered, in_scatter.null_square) = (gathered, gathered, null_square);
-    in_scatter.work[0] += scratch.counters.work() - before;
-    gathered
+    let work = &mut scratch.in_scatter.work;
+    work.points += scratch.counters.work() - before - on_paths;
+    work.paths += on_paths;
+    scratch.in_scatter.drawn
 }
 
 /// The medium that scatters at `p`, in proportion to the media's scattering coefficients, and its probability.

@@ -55,7 +55,8 @@ const ALONG: Ray =
 /// The points of all media for one u, and what they add up to.
 fn points(media: &[Medium], stretch: [f32; 2], u: &mut impl FnMut() -> f32) -> (Vec<EmissionPoint>, f64) {
     let active: Vec<MediumId> = (0..media.len() as u32).map(MediumId).collect();
-    let mut points = EmissionPoints::new(media, &active, &ALONG, stretch, u);
+    let mut walks = PointWalks::new();
+    let mut points = EmissionPoints::new(&mut walks, media, &active, &ALONG, stretch, u);
     let all: Vec<_> = std::iter::from_fn(|| points.next_before(f64::INFINITY)).collect();
     let value = |point: &EmissionPoint| {
         let p = ALONG.origin + ALONG.direction * point.t;

@@ -46,7 +46,8 @@ fn ratio(media: &[Medium], stretch: [f32; 2], count: u32) -> ([Moments; 3], f64)
     let (mut stream, mut steps) = (Stream::from_seed(5), 0);
     for _ in 0..count {
         let (origin, direction) = ALONG;
-        let mut tracker = Tracker::new(media, &active, origin, direction, stretch, &mut stream);
+        let mut flights = Flights::new();
+        let mut tracker = Tracker::new(&mut flights, media, &active, origin, direction, stretch, &mut stream);
         let mut result = Transmittance::CLEAR;
         let ray = Ray { origin, direction, t_max: stretch[1], time: 0.0, opacity_seed: 0 };
         result.track(&mut tracker, media, &ray, &mut stream, &mut steps);
@@ -89,8 +90,9 @@ fn media_together_are_their_sum() {
     let (mut first, mut share) = (Moments::default(), Moments::default());
     let mut stream = Stream::from_seed(6);
     for _ in 0..100_000 {
-        let mut tracker =
-            Tracker::new(&media, &[MediumId(0), MediumId(1)], ALONG.0, ALONG.1, [2.0, f32::INFINITY], &mut stream);
+        let (mut flights, stretch) = (Flights::new(), [2.0, f32::INFINITY]);
+        let both = [MediumId(0), MediumId(1)];
+        let mut tracker = Tracker::new(&mut flights, &media, &both, ALONG.0, ALONG.1, stretch, &mut stream);
         let collision = tracker.next(&mut stream).expect("a medium without end is met");
         first.add(f64::from(collision.t) - 2.0);
         share.add(f64::from(u8::from(collision.medium == MediumId(0))));
@@ -112,15 +114,23 @@ fn where_there_is_nothing_nothing_is_met() {
             (Vec3::new(0.0, 0.0, -3.0), -Vec3::Z),
         ] {
             for end in [1.0, f32::INFINITY] {
-                let mut tracker = Tracker::new(&media, &[MediumId(0)], origin, direction, [0.0, end], &mut stream);
+                let (mut flights, stretch) = (Flights::new(), [0.0, end]);
+                let mut tracker =
+                    Tracker::new(&mut flights, &media, &[MediumId(0)], origin, direction, stretch, &mut stream);
                 assert!(tracker.next(&mut stream).is_none());
             }
         }
     }
     let media = [homogeneous(Rgb::WHITE)];
-    assert!(Tracker::new(&media, &[], ALONG.0, ALONG.1, [0.0, f32::INFINITY], &mut stream).next(&mut stream).is_none());
     assert!(
-        Tracker::new(&media, &[MediumId(0)], ALONG.0, ALONG.1, [2.0, 2.0], &mut stream).next(&mut stream).is_none()
+        Tracker::new(&mut Flights::new(), &media, &[], ALONG.0, ALONG.1, [0.0, f32::INFINITY], &mut stream)
+            .next(&mut stream)
+            .is_none()
+    );
+    assert!(
+        Tracker::new(&mut Flights::new(), &media, &[MediumId(0)], ALONG.0, ALONG.1, [2.0, 2.0], &mut stream)
+            .next(&mut stream)
+            .is_none()
     );
 }
 

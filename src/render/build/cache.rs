@@ -10,6 +10,7 @@ use crate::cache_points::{CachePoints, CacheSettings, CacheStatistics};
 use crate::film::FilmSettings;
 use crate::geometry::camera::Camera;
 use crate::geometry::{Geometry, ShapeId};
+use crate::integrator::in_scatter::alternatives::Mix;
 use crate::integrator::{PathSettings, Scratch, World, trace_path};
 use crate::light::Receiver;
 use crate::material::{MaterialId, Materials};
@@ -78,7 +79,7 @@ impl CacheBuilder<'_> {
                 let pixel = pixels[(k as u64 * pixels.len() as u64 / paths as u64) as usize];
                 scratch.lights.pilots.clear();
                 scratch.in_scatter.seeds.clear();
-                scratch.in_scatter.begin_pixel(if self.on_camera_rays { 1.0 } else { 0.0 });
+                scratch.in_scatter.begin_pixel(if self.on_camera_rays { 1.0 } else { 0.0 }, Mix::NULL);
                 self.pilot(world, pixel, k as u32, scratch);
                 let vertices = scratch.lights.pilots.iter();
                 if self.on_camera_rays {

@@ -151,7 +151,9 @@ impl ChoicePlan {
         };
         let wanted = match settings.volume_sampling {
             VolumeSampling::Null => false,
-            VolumeSampling::Both | VolumeSampling::InScatter | VolumeSampling::EquiAngular => true,
+            VolumeSampling::Both | VolumeSampling::Paths | VolumeSampling::InScatter | VolumeSampling::EquiAngular => {
+                true
+            }
             // Selectors that are asked for by name are compared as published.
             VolumeSampling::Auto => {
                 matches!(settings.lights, LightSelection::Auto | LightSelection::CachePoints)

@@ -1,0 +1,49 @@
+//! Sums what a path brings and sorts it into the image's layers, which add up to the beauty.
+
+use crate::film::SampleResult;
+use crate::math::Rgb;
+
+/// The sums of one path.
+#[derive(Default)]
+pub(super) struct Layers {
+    /// What has come so far.
+    pub result: SampleResult,
+    /// What the path met first.
+    pub first: Option<FirstVertex>,
+}
+
+/// Where a path is scattered first.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum FirstVertex {
+    /// At a surface.
+    Surface,
+    /// In a medium.
+    Medium,
+}
+
+impl Layers {
+    /// Nothing yet, of a path from a camera.
+    pub fn new() -> Self {
+        Self { result: SampleResult { depth: f32::INFINITY, ..Default::default() }, first: None }
+    }
+
+    /// Adds light that arrives after `depth` bounces, from a medium or from elsewhere.
+    #[inline]
+    pub fn add(&mut self, contribution: Rgb, depth: u32, from_medium: bool) {
+        let result = &mut self.result;
+        result.beauty += contribution;
+        match (self.first, depth) {
+            (None, _) if !from_medium => result.emission += contribution,
+            (None | Some(FirstVertex::Medium), _) => result.volume += contribution,
+            (Some(FirstVertex::Surface), 1) => result.direct += contribution,
+            (Some(FirstVertex::Surface), _) => result.indirect += contribution,
+        }
+    }
+
+    /// Adds light that a medium scatters towards the camera, found beside the path.
+    #[inline]
+    pub fn add_scattered(&mut self, contribution: Rgb) {
+        self.result.beauty += contribution;
+        self.result.volume += contribution;
+    }
+}
