@@ -16,7 +16,7 @@ use super::map::{IndexMap, box_of_corners};
 use super::motion::Motion;
 use super::survey::Survey;
 use crate::math::Rgb;
-use crate::medium::{MajorantIter, MediumPoint};
+use crate::medium::{MajorantIter, MediumPoint, resolution};
 
 /// What a grid medium is made of.
 #[derive(Debug)]
@@ -67,6 +67,8 @@ pub struct GridMedium {
     /// Where it emits.
     energy: Option<Arc<EnergyGrid>>,
     bounds: Option<(Vec3, Vec3)>,
+    /// It scatters, and is so dense somewhere that [`resolution`] limits it.
+    is_limited: bool,
     /// All grids lie on the lattice of the density (or else of the bound).
     shared: bool,
     /// μ_t where density is 1, if no colour grid changes it from place to place.
@@ -101,6 +103,7 @@ impl GridMedium {
             gathering_outside: [0.0; 2],
             energy: None,
             bounds: None,
+            is_limited: false,
             shared: same(&parts.absorption_colour) && same(&parts.scattering_colour) && glows_there,
             plain_extinction: is_plain.then(|| (parts.sigma_a + parts.sigma_s) * parts.scale),
             majorants,
@@ -121,6 +124,8 @@ impl GridMedium {
         if medium.outside <= 0.0 && medium.gathering_outside[0] <= 0.0 {
             medium.bounds = Some(render_bounds(voxels, &lattice.cells_from_render, clip_voxels));
         }
+        let farthest = medium.bounds.map_or(f32::INFINITY, |(low, high)| low.abs().max(high.abs()).length());
+        medium.is_limited = medium.scatters() && medium.largest_extinction() > resolution::largest(farthest);
         medium
     }
 
@@ -153,10 +158,16 @@ impl GridMedium {
         self.parts.motion.as_ref().map_or(p, |motion| motion.back(p, time))
     }
 
-    /// The coefficients at `p` of render space, at a time between 0 and 1.
+    /// The coefficients at `p` of render space, at a time between 0 and 1, as [`resolution`] limits them.
     #[inline]
     pub fn point(&self, p: Vec3, time: f32) -> MediumPoint {
-        let p = self.written(p, time);
+        let point = self.point_written(self.written(p, time));
+        if self.is_limited { point.limited(p) } else { point }
+    }
+
+    /// The coefficients where the grids have them.
+    #[inline]
+    fn point_written(&self, p: Vec3) -> MediumPoint {
         let Some(index) = self.index_inside(p) else { return MediumPoint::default() };
         let [absorption, scattering] = self.coefficients(p, index);
         let mut point = MediumPoint { absorption, scattering, emission: Rgb::BLACK };
@@ -253,14 +264,18 @@ impl GridMedium {
     /// Bounds of μ_t along a ray: see [`crate::medium::Medium::majorants`].
     #[inline]
     pub fn majorants(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> MajorantIter<'_> {
-        self.along(&self.majorants, self.outside, origin, direction, [t_min, t_max])
+        let mut walk = self.along(&self.majorants, self.outside, origin, direction, [t_min, t_max]);
+        if self.is_limited {
+            walk.limit_on([origin, direction]);
+        }
+        MajorantIter::Grid(walk)
     }
 
     /// How densely emission is gathered along a ray: see [`crate::medium::Medium::gathering_rates`].
     #[inline]
     pub fn gathering_rates(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<MajorantIter<'_>> {
         let outside = self.gathering_outside[usize::from(t_max == f32::INFINITY)];
-        Some(self.along(self.gathering.as_ref()?, outside, origin, direction, [t_min, t_max]))
+        Some(MajorantIter::Grid(self.along(self.gathering.as_ref()?, outside, origin, direction, [t_min, t_max])))
     }
 
     #[inline]
@@ -271,13 +286,13 @@ impl GridMedium {
         origin: Vec3,
         direction: Vec3,
         stretch: [f32; 2],
-    ) -> MajorantIter<'m> {
+    ) -> GridMajorants<'m> {
         let ray = [
             self.cells_from_render.transform_point3(origin.as_dvec3()),
             self.cells_from_render.transform_vector3(direction.as_dvec3()),
         ];
         let reach = reach_of(origin);
-        MajorantIter::Grid(GridMajorants::new(cells, ray, self.clip_voxels, outside, reach, stretch))
+        GridMajorants::new(cells, ray, self.clip_voxels, outside, reach, stretch)
     }
 
     /// Where it emits, if it does anywhere that is stored.
