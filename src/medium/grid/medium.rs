@@ -45,6 +45,10 @@ pub struct GridMediumParts {
     pub clip: Option<(DVec3, DVec3)>,
 }
 
+/// Where there is something everywhere, the least channel of μ_t outside all grids may be this share of its bound for rays without end to be ended by
+/// it: a ray takes some ten times the inverse in steps.
+const LEAST_BACKGROUND: f32 = 1e-3;
+
 /// The time at which moving media are surveyed for what they emit.
 const HALF_WAY: f32 = 0.5;
 
@@ -60,9 +64,9 @@ pub struct GridMedium {
     cells_from_render: DAffine3,
     /// The clip box in whole voxels, outwards.
     clip_voxels: Option<(IVec3, IVec3)>,
-    /// The bound of μ_t outside everything.
-    outside: f32,
-    /// The gathering rate there; and for rays without end, which would never be done gathering emission.
+    /// The bound of μ_t outside everything; and for rays without end, which would never be done with a medium that lets a channel through.
+    outside: [f32; 2],
+    /// The gathering rate there, likewise.
     gathering_outside: [f32; 2],
     /// Where it emits.
     energy: Option<Arc<EnergyGrid>>,
@@ -99,7 +103,7 @@ impl GridMedium {
             gathering: None,
             cells_from_render: lattice.cells_from_render,
             clip_voxels,
-            outside: 0.0,
+            outside: [0.0; 2],
             gathering_outside: [0.0; 2],
             energy: None,
             bounds: None,
@@ -113,15 +117,17 @@ impl GridMedium {
             medium.find_emission(&lattice);
         }
         if medium.parts.clip.is_none() {
-            medium.outside = medium.majorants.background();
+            let bound = medium.majorants.background();
+            let ends = medium.background().min_channel() >= LEAST_BACKGROUND * bound;
+            medium.outside = [bound, if ends { bound } else { 0.0 }];
             let gathering = medium.gathering.as_ref().map_or(0.0, Majorants::background);
-            medium.gathering_outside = [gathering, if gathering > 0.0 { medium.outside } else { 0.0 }];
+            medium.gathering_outside = [gathering, if gathering > 0.0 { medium.outside[1] } else { 0.0 }];
         }
         let voxels = match (medium.majorants.bounds(), medium.gathering.as_ref().and_then(Majorants::bounds)) {
             (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
             (bounds, None) | (None, bounds) => bounds,
         };
-        if medium.outside <= 0.0 && medium.gathering_outside[0] <= 0.0 {
+        if medium.outside[0] <= 0.0 && medium.gathering_outside[0] <= 0.0 {
             medium.bounds = Some(render_bounds(voxels, &lattice.cells_from_render, clip_voxels));
         }
         let farthest = medium.bounds.map_or(f32::INFINITY, |(low, high)| low.abs().max(high.abs()).length());
@@ -264,7 +270,8 @@ impl GridMedium {
     /// Bounds of μ_t along a ray: see [`crate::medium::Medium::majorants`].
     #[inline]
     pub fn majorants(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> MajorantIter<'_> {
-        let mut walk = self.along(&self.majorants, self.outside, origin, direction, [t_min, t_max]);
+        let outside = self.outside[usize::from(t_max == f32::INFINITY)];
+        let mut walk = self.along(&self.majorants, outside, origin, direction, [t_min, t_max]);
         if self.is_limited {
             walk.limit_on([origin, direction]);
         }
@@ -303,6 +310,23 @@ impl GridMedium {
     /// A box of render space outside which there is nothing; `None` if there is something everywhere.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         self.bounds
+    }
+
+    /// Whether it is (or emits) something everywhere, and yet too little in some channel to end a ray that goes on for ever: what such a ray would
+    /// gather has no bound, or takes for ever to find. Rays without end then meet nothing outside the grids.
+    pub fn never_ends(&self) -> bool {
+        self.bounds.is_none() && self.outside[1] <= 0.0
+    }
+
+    /// μ_t outside all grids.
+    fn background(&self) -> Rgb {
+        let parts = &self.parts;
+        let density = parts.density.as_ref().map_or(1.0, |field| field.adjust(field.grid.background()));
+        let tinted = |sigma: Rgb, colour: &Option<Field<AnyGrid>>| {
+            colour.as_ref().map_or(sigma, |field| sigma * Rgb(field.at_index(None)))
+        };
+        (tinted(parts.sigma_a, &parts.absorption_colour) + tinted(parts.sigma_s, &parts.scattering_colour))
+            * (parts.scale * density)
     }
 
     /// An upper bound of μ_t anywhere, per unit length of render space.
