@@ -107,8 +107,9 @@ impl Medium {
         }
     }
 
-    /// Upper bounds of μ_t (in every channel), as [`resolution`] limits it, along the ray `origin + t·direction`, `t_min ≤ t ≤ t_max`, of render space;
-    /// `direction` has length 1. Nothing if `t_max ≤ t_min`. They hold for points computed in single precision.
+    /// Upper bounds of μ_t (in every channel), as [`resolution`] limits it where each stretch begins, along the ray `origin + t·direction`,
+    /// `t_min ≤ t ≤ t_max`, of render space; `direction` has length 1. Nothing if `t_max ≤ t_min`. They hold for points computed in single
+    /// precision.
     #[inline]
     pub fn majorants(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> MajorantIter<'_> {
         match self {

@@ -312,6 +312,12 @@ impl GridMedium {
         self.bounds
     }
 
+    /// Whether it is so dense somewhere that [`resolution`] limits it.
+    #[cfg(test)]
+    pub fn is_limited(&self) -> bool {
+        self.is_limited
+    }
+
     /// Whether it is (or emits) something everywhere, and yet too little in some channel to end a ray that goes on for ever: what such a ray would
     /// gather has no bound, or takes for ever to find. Rays without end then meet nothing outside the grids.
     pub fn never_ends(&self) -> bool {
