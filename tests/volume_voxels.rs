@@ -183,7 +183,7 @@ mod files {
         let sheet = "Scale 9 9 1 Shape \"trianglemesh\" \"point3 P\" [-1 -1 -3 1 -1 -3 1 1 -3 -1 1 -3] \"integer indices\" [0 2 1 0 3 2]";
         let mut faults = Faults::default();
         for (more, fate) in [
-            (format!("{red}"), Renders),
+            (red.to_owned(), Renders),
             (format!("{red} {direct}"), Renders),
             (format!("{red} {filled}"), Refused(endless)),
             (format!("{red} {filled} {direct}"), Refused(endless)),
