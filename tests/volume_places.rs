@@ -94,7 +94,6 @@ fn media_with_one_boundary_are_their_sum() {
 
 /// A camera on a face, an edge or a corner of media that touch: where it looks into one it sees it.
 #[test]
-#[cfg_attr(not(feature = "embree"), ignore = "native rays that start exactly on a face may miss it")]
 fn a_camera_on_boundaries() {
     let [left, right] = [0.7, 0.2];
     let media = format!(
@@ -121,6 +120,23 @@ fn a_camera_on_boundaries() {
     ] {
         let expected = [(-depth).exp(); 3];
         check(&format!("from {from:?} along {way:?}"), &of(from, way), &world, &options(512), expected, 0.02);
+    }
+}
+
+/// A camera on a sphere that holds a medium sees it within and not without.
+#[test]
+fn a_camera_on_a_sphere() {
+    let sphere = boundary("m", "", "Shape \"sphere\" \"float radius\" 1");
+    let world = format!("{DOME}{}{sphere}", homogeneous("m", [0.7; 3], [0.0; 3], ""));
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let mut from = [0.0; 3];
+            from[axis] = side;
+            for (to, depth) in [(from.map(|x| 2.0 * x), 0.0), ([0.0; 3], 1.4f64)] {
+                let expected = [(-depth).exp(); 3];
+                check(&format!("from {from:?} to {to:?}"), &ray(from, to), &world, &options(512), expected, 0.02);
+            }
+        }
     }
 }
 

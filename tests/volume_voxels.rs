@@ -163,6 +163,45 @@ mod files {
         }
     }
 
+    /// What reaches to infinity around the whole scene must stop every colour; where it does, or lies within a boundary, and even where rays without end
+    /// come into it, every render ends.
+    #[test]
+    fn media_without_end() {
+        use super::program::HEAD;
+        use super::program::faults::{Faults, Refused, Renders};
+        let folder = Folder::new("endless");
+        let mut writer = writer();
+        writer.fog_grid("density", Precision::Single, 0.0, 0.25, [-1.0; 3]).expect("a grid");
+        writer.leaves(&[[0; 3]], &[1.0; 512]).expect("a leaf");
+        writer.write(&folder.path("grid.vdb"), Compression::None).expect("written");
+        let red = "\"rgb sigma_a\" [1 0 0] \"rgb sigma_s\" [0 0 0]";
+        let all = "\"rgb sigma_a\" [1 0.5 0.1] \"rgb sigma_s\" [0.1 0.1 0.1]";
+        let direct = "\"string emission\" \"density\" \"bool emissiondirect\" true";
+        let (filled, glows) = ("\"float densityoffset\" 0.5", "\"float emissionoffset\" 0.5");
+        let endless = "reaches to infinity";
+        let around = HEAD.replace("Camera", "MediumInterface \"\" \"g\"\nCamera");
+        let sheet = "Scale 9 9 1 Shape \"trianglemesh\" \"point3 P\" [-1 -1 -3 1 -1 -3 1 1 -3 -1 1 -3] \"integer indices\" [0 2 1 0 3 2]";
+        let mut faults = Faults::default();
+        for (more, fate) in [
+            (red.to_owned(), Renders),
+            (format!("{red} {direct}"), Renders),
+            (format!("{red} {filled}"), Refused(endless)),
+            (format!("{red} {filled} {direct}"), Refused(endless)),
+            (format!("{red} {filled} {direct} {glows}"), Refused(endless)),
+            (format!("{all} {direct} {glows}"), Refused(endless)),
+            (format!("{all} {filled}"), Renders),
+            (format!("{all} {filled} {direct} {glows}"), Renders),
+        ] {
+            let medium = medium("grid.vdb", &more);
+            folder.write("scene.pbrt", format!("{around}{DOME}{medium}"));
+            faults.render(&folder, &format!("around the scene: {more}"), fate);
+            for (what, shape) in [("in a box", CUBE), ("behind a sheet", sheet)] {
+                folder.write("scene.pbrt", format!("{HEAD}{DOME}{medium}{}", boundary("g", "", shape)));
+                faults.render(&folder, &format!("{what}: {more}"), Renders);
+            }
+        }
+    }
+
     /// A file of one voxel, at the origin and 10⁹ voxels out, and where the grid's own transform puts it a million units away: along a ray past
     /// its centre, against trilinear interpolation.
     #[test]

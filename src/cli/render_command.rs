@@ -12,6 +12,7 @@ use crate::film::exr::write_exr;
 use crate::film::image::write_png;
 use crate::geometry::trace::TraceError;
 use crate::integrator::Counters;
+use crate::integrator::path::MOST_BOUNCES;
 use crate::medium::regions::MAX_OVERLAP;
 use crate::render::stats::{Statistics, process_usage};
 use crate::render::{Job, Outcome, PngOutput, RenderError, RenderSettings, load};
@@ -264,6 +265,13 @@ fn after_the_fact(outcome: &Outcome) -> Vec<String> {
         warnings.push(format!(
             "warning: {count} samples were NaN or infinite and left out, first at pixel {},{} sample {}",
             first.pixel[0], first.pixel[1], first.sample
+        ));
+    }
+    let cut = outcome.counters.cut_paths;
+    if cut > 0 {
+        let share = 100.0 * cut as f64 / outcome.counters.paths as f64;
+        warnings.push(format!(
+            "warning: {cut} paths ({share:.2} %) were ended after {MOST_BOUNCES} bounces: the image is too dark by what they would have brought"
         ));
     }
     let overflows = outcome.counters.region_overflows;

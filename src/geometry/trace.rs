@@ -53,9 +53,17 @@ pub struct BoundaryCrossing {
     pub entering: bool,
 }
 
+/// The end, left out, of what boundaries are looked for along: just before a ray's origin, so that one which starts exactly on a boundary crosses
+/// it. Two rays from there in opposite directions then agree about what lies on each side. Not denormal, which processors may take for 0.
+pub(super) const BOUNDARY_T_MIN: f32 = -f32::MIN_POSITIVE;
+
 /// Puts crossings in order of distance, ties by shape and instance; each once. Where a ray enters and leaves the same region at one
 /// distance, nothing of it lies between: both are left out, whichever would come first (a box without thickness, a corner just touched).
 pub(super) fn put_in_order(crossings: &mut Vec<BoundaryCrossing>) {
+    for crossing in crossings.iter_mut() {
+        // −0 becomes 0: both are one distance.
+        crossing.t += 0.0;
+    }
     crossings.sort_unstable_by(|a, b| {
         a.t.total_cmp(&b.t).then_with(|| (a.shape, a.instance, a.entering).cmp(&(b.shape, b.instance, b.entering)))
     });
@@ -174,7 +182,7 @@ impl Tracer {
         }
     }
 
-    /// All boundary crossings in (0, `ray.t_max`), appended to `crossings` (cleared first) in order of distance. A crossing on
+    /// All boundary crossings in [0, `ray.t_max`), appended to `crossings` (cleared first) in order of distance. A crossing on
     /// an edge shared by two triangles may be reported twice; users must treat entering twice as entering once.
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         match self {

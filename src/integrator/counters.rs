@@ -32,6 +32,8 @@ pub struct Counters {
     pub cache_reuses: u64,
     /// Narrow beams that camera rays crossed where scattering points were drawn.
     pub beam_crossings: u64,
+    /// Paths that were ended after [`super::path::MOST_BOUNCES`].
+    pub cut_paths: u64,
     /// Regions that were not entered because too many overlap.
     pub region_overflows: u64,
 }

@@ -156,7 +156,7 @@ fn sample_stretch(
     let hero = *hero;
     let mut fog = FogGlow::Gathered;
     if world.fog_glows {
-        fog = FogGlow::new(world, regions.media(), stretch, stream);
+        fog = FogGlow::new(world, regions.media(), ray, stretch, stream);
         if let FogGlow::Whole(emission) = fog {
             emit(weight, None, emission);
         }
@@ -186,7 +186,6 @@ fn sample_stretch(
         }
         let MediumPoint { absorption, scattering, .. } =
             world.medium(collision.medium).coefficients(origin + direction * collision.t, ray.time);
-        let inverse_majorant = 1.0 / collision.majorant;
 
         // Real or null, by the hero's extinction. Absorption is not an event of its own: it goes into the weight as
         // albedo, and Russian roulette ends paths that no longer matter.
@@ -195,10 +194,11 @@ fn sample_stretch(
         let real = extinction.map(|mu| (mu / collision.majorant).min(1.0));
         if stream.next_f32() < real[hero] {
             let inverse = 1.0 / real[hero];
-            weight.throughput *= scattering * (inverse_majorant * inverse);
+            // μ_s / μ̄; the albedo where μ_t is beyond what the bound was limited to.
+            weight.throughput *= scattering * extinction.map(|mu| (1.0 / mu.max(collision.majorant)) * inverse);
             weight.unidirectional *= real * inverse;
             // Equal in all channels on a ray that has come from no vertex.
-            let passed = weight.light.max_channel() * (inverse_majorant * inverse);
+            let passed = weight.light.max_channel() * ((1.0 / collision.majorant) * inverse);
             // From here on a light is sampled from this vertex.
             weight.light = weight.unidirectional;
             let p = ray.origin + ray.direction * within(collision.t, stretch, ray);

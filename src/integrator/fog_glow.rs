@@ -6,6 +6,7 @@
 //! overlap, what they let through is not, and is taken at one point, which has no part in the flight itself.
 
 use super::world::World;
+use crate::geometry::Ray;
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
 use crate::medium::{Medium, MediumId, MediumPoint};
@@ -26,13 +27,14 @@ pub(super) enum FogGlow {
 }
 
 impl FogGlow {
-    /// For the stretch from `t_start` to `t_end` through `media`.
-    pub fn new(world: &World, media: &[MediumId], [t_start, t_end]: [f32; 2], stream: &mut Stream) -> Self {
+    /// For the stretch of `ray` from `t_start` to `t_end` through `media`.
+    pub fn new(world: &World, media: &[MediumId], ray: &Ray, [t_start, t_end]: [f32; 2], stream: &mut Stream) -> Self {
         let (mut extinction, mut emission, mut grids) = (Rgb::BLACK, Rgb::BLACK, false);
         for &id in media {
             match world.medium(id) {
                 Medium::Homogeneous(medium) => {
-                    let MediumPoint { absorption, scattering, emission: glow } = medium.point;
+                    let p = ray.origin + ray.direction * t_start;
+                    let MediumPoint { absorption, scattering, emission: glow } = medium.along(p);
                     extinction += absorption + scattering;
                     emission += glow;
                 }

@@ -250,7 +250,8 @@ impl<'m> GridLine<'m> {
             counters.transmittance_steps += 1;
             let majorant = collisions.rate();
             let extinction = medium.extinction(ray.origin + ray.direction * collisions.t() as f32, ray.time);
-            let left = extinction - if is_controlled { under(majorant) } else { Rgb::BLACK };
+            // The bound may have been limited.
+            let left = extinction.map(|mu| mu.min(majorant)) - if is_controlled { under(majorant) } else { Rgb::BLACK };
             *passed *= left.map(|mu| (1.0 - mu / majorant).max(0.0));
             *depth = f64::from(stream.next_exponential());
             // Here too: in a medium of great extinction there are very many collisions from one point to the next.

@@ -22,10 +22,16 @@ use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
 use crate::medium::regions::Regions;
 
+/// The most bounces of any path, whatever [`PathSettings::max_depth`] says. In a white medium (albedo exactly 1) Russian roulette ends no path, and one
+/// as dense as [`crate::medium::resolution`] lets it be keeps some for 10⁹ vertices. Of the paths that enter a white half-space, H(μ) / √(πn) are still in it after
+/// n bounces (from its albedo 1 − √(1 − ϖ) H(μ) as a generating function; Chandrasekhar's H is at most 2.91), so at most 0.52 % of the light is
+/// lost: a bias by design, which [`Counters::cut_paths`] counts.
+pub const MOST_BOUNCES: u32 = 100_000;
+
 /// What the path tracer may be told.
 #[derive(Clone, Copy, Debug)]
 pub struct PathSettings {
-    /// The largest number of bounces.
+    /// The largest number of bounces, at most [`MOST_BOUNCES`].
     pub max_depth: u32,
     /// From how many candidates the light sample of a vertex is resampled; 1 for no resampling.
     pub light_candidates: u32,
@@ -139,6 +145,7 @@ pub(super) fn walk<const MEDIA: bool>(
             }
             if let Some(FlightVertex { vertex, medium, t, passed }) = vertex {
                 if depth >= settings.max_depth {
+                    scratch.counters.cut_paths += u64::from(depth >= MOST_BOUNCES);
                     break;
                 }
                 depth += 1;
@@ -229,6 +236,7 @@ pub(super) fn walk<const MEDIA: bool>(
             }
         }
         if depth >= settings.max_depth {
+            scratch.counters.cut_paths += u64::from(depth >= MOST_BOUNCES);
             break;
         }
         depth += 1;

@@ -5,6 +5,7 @@ pub mod emission_points;
 pub mod grid;
 pub mod homogeneous;
 pub mod regions;
+pub mod resolution;
 pub mod tracker;
 pub(crate) mod walk;
 
@@ -106,13 +107,14 @@ impl Medium {
         }
     }
 
-    /// Upper bounds of μ_t (in every channel) along the ray `origin + t·direction`, `t_min ≤ t ≤ t_max`, of render space;
-    /// `direction` has length 1. Nothing if `t_max ≤ t_min`. They hold for points computed in single precision.
+    /// Upper bounds of μ_t (in every channel), as [`resolution`] limits it where each stretch begins, along the ray `origin + t·direction`,
+    /// `t_min ≤ t ≤ t_max`, of render space; `direction` has length 1. Nothing if `t_max ≤ t_min`. They hold for points computed in single
+    /// precision.
     #[inline]
     pub fn majorants(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> MajorantIter<'_> {
         match self {
             Self::Homogeneous(medium) => {
-                let majorant = (medium.point.absorption + medium.point.scattering).max_channel();
+                let majorant = medium.majorant(origin + direction * t_min);
                 let segment = MajorantSegment { t_end: t_max, majorant };
                 MajorantIter::Homogeneous((t_max > t_min).then_some(segment))
             }

@@ -61,6 +61,11 @@ impl Regions {
         self.media.clone_from(&other.media);
     }
 
+    /// The medium that surrounds the whole scene.
+    pub fn ambient(&self) -> Option<MediumId> {
+        self.ambient
+    }
+
     /// The media here, each once, in rising order.
     #[inline]
     pub fn media(&self) -> &[MediumId] {

@@ -25,6 +25,7 @@ use crate::film::{Film, FilmSettings, PixelSamples};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
+use crate::integrator::path::MOST_BOUNCES;
 use crate::integrator::{Counters, LightChoice, PathSettings, Scratch, World, trace_path};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
 use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
@@ -134,7 +135,7 @@ impl Job {
         let camera = Camera::build(scene, &film, &space, warnings)?;
         memory::check_film(scene, &film)?;
         let stated_depth = at_least(&scene.integrator, "maxdepth", 5, 0)?;
-        let max_depth = settings.max_depth.unwrap_or(stated_depth);
+        let max_depth = settings.max_depth.unwrap_or(stated_depth).min(MOST_BOUNCES);
         let scene_spp = samples_per_pixel(scene, warnings)?;
         let scene_seed = scene.sampler.params.integer("seed", scene.options.integer("seed", 0)?)? as u32;
         warn_about_engine(scene, warnings)?;

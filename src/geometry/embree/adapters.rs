@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use ::embree::{Candidate, Filter, UserGeometry, UserHit};
 
 use super::shape_uv;
-use crate::geometry::trace::{Opacity, PrimitivePoint};
+use crate::geometry::trace::{BOUNDARY_T_MIN, Opacity, PrimitivePoint};
 use crate::geometry::{Geometry, InstanceId, Shape, ShapeId};
 
 /// A shape that intersects its own primitives.
@@ -38,7 +38,10 @@ impl UserGeometry for ShapePrimitives {
         t_min: f32,
         t_max: f32,
     ) -> Option<UserHit> {
-        let found = self.shape().intersect(primitive, origin.into(), direction.into(), t_min, t_max);
+        let shape = self.shape();
+        // As Embree's own triangles: a boundary is crossed where the ray begins. Asked for the next hit, it begins at a larger number.
+        let t_min = if shape.is_boundary && t_min.to_bits() == 0 { BOUNDARY_T_MIN } else { t_min };
+        let found = shape.intersect(primitive, origin.into(), direction.into(), t_min, t_max);
         found.map(|(t, uv)| UserHit { t, uv })
     }
 }

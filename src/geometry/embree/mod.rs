@@ -73,7 +73,7 @@ impl EmbreeTracer {
         self.opaque.scene.occluded(&embree_ray(ray))
     }
 
-    /// All boundary crossings in (0, `ray.t_max`) in the order of [`put_in_order`].
+    /// All boundary crossings in [0, `ray.t_max`) in the order of [`put_in_order`].
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         crossings.clear();
         let Some(boundaries) = &self.boundaries else {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::super::trace::{Opacity, PrimitivePoint, TraceError};
+use super::super::trace::{BOUNDARY_T_MIN, Opacity, PrimitivePoint, TraceError};
 use super::super::triangle::ShearedRay;
 use super::super::{Geometry, InstanceId, Shape, ShapeId, ShapeKind};
 use super::bvh::{BoxRay, Bvh};
@@ -120,11 +120,11 @@ impl Group {
         self.bvh.walk(&ray.boxes, &mut limit, |leaf, limit| leaf.first(ray, *limit, mask).is_some())
     }
 
-    /// Every hit before `t_max`, in no order; opacity is not asked.
+    /// Every hit of boundaries in [0, `t_max`), in no order; opacity is not asked.
     pub(super) fn all(&self, geometry: &Geometry, ray: &LocalRay, t_max: f32, mut report: impl FnMut(LocalHit)) {
         let mut limit = t_max;
         self.bvh.walk(&ray.boxes, &mut limit, |leaf, limit| {
-            let mut start = 0.0;
+            let mut start = BOUNDARY_T_MIN;
             while let Some(hit) = leaf.intersect(geometry, ray, start, *limit) {
                 start = hit.t;
                 report(hit);

@@ -173,7 +173,7 @@ impl NativeTracer {
             })
     }
 
-    /// All boundary crossings in (0, `ray.t_max`) in order of distance; `crossings` is cleared first. Boundaries have no holes:
+    /// All boundary crossings in [0, `ray.t_max`) in order of distance; `crossings` is cleared first. Boundaries have no holes:
     /// their alpha is not asked.
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         crossings.clear();

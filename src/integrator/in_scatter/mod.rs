@@ -196,7 +196,7 @@ pub fn gather(
         }
         let p = ray.origin + ray.direction * t;
         let Some((medium, share)) = choose_medium(world, regions.media(), p, ray.time, u_medium) else { continue };
-        let MediumPoint { absorption, scattering, .. } = world.medium(medium).coefficients(p, ray.time);
+        let MediumPoint { absorption, scattering, .. } = world.medium(medium).coefficients(p, ray.time).limited(p);
         // All weights are relative to the density of having drawn this point and medium.
         let inverse = 1.0 / (pdf * share);
         let null = passed.pass_probability * (absorption + scattering) * inverse;

@@ -5,7 +5,7 @@
 use glam::{DVec3, IVec3, Vec3};
 
 use super::majorants::Majorants;
-use crate::medium::MajorantSegment;
+use crate::medium::{MajorantSegment, resolution};
 
 /// A ray's points in single precision may be this far from their places, relative to |origin| + t; boundaries are
 /// shifted by as much towards the side with the smaller bound.
@@ -39,6 +39,8 @@ pub struct GridMajorants<'a> {
     t_max: f32,
     done: bool,
     reach: f64,
+    /// The ray in render space, where bounds are limited ([`resolution`]).
+    limited: Option<[Vec3; 2]>,
 }
 
 impl<'a> GridMajorants<'a> {
@@ -69,6 +71,7 @@ impl<'a> GridMajorants<'a> {
             t_max,
             done: !(t_max > t_min),
             reach: distance,
+            limited: None,
         };
         let bounds = cells.bounds().map(|(low, high)| match clip {
             Some((a, b)) => (low.max(a), high.min(b)),
@@ -108,6 +111,22 @@ impl<'a> GridMajorants<'a> {
             walk.piece = walk.step();
         }
         walk
+    }
+
+    /// From here on bounds are limited as [`resolution`] says on the ray `origin + t·direction` of render space.
+    #[inline]
+    pub fn limit_on(&mut self, ray: [Vec3; 2]) {
+        self.limited = Some(ray);
+    }
+
+    /// The stretch that begins where the last one ended.
+    #[inline]
+    fn segment(&self, t_end: f32, majorant: f32) -> MajorantSegment {
+        let majorant = match self.limited {
+            Some([origin, direction]) => resolution::limit(majorant, origin + direction * self.last),
+            None => majorant,
+        };
+        MajorantSegment { t_end, majorant }
     }
 
     /// The cell in which the walk stands: where the ray leaves it, and its bound. Moves on to the next cell.
@@ -192,7 +211,7 @@ impl Iterator for GridMajorants<'_> {
             let (exit, majorant) = self.piece;
             if exit >= f64::from(self.t_max) {
                 self.done = true;
-                return Some(MajorantSegment { t_end: self.t_max, majorant });
+                return Some(self.segment(self.t_max, majorant));
             }
             self.piece = self.advance();
             if self.piece.1 == majorant {
@@ -201,11 +220,12 @@ impl Iterator for GridMajorants<'_> {
             let t_end = self.boundary(exit, self.piece.1 > majorant);
             if t_end >= self.t_max {
                 self.done = true;
-                return Some(MajorantSegment { t_end: self.t_max, majorant });
+                return Some(self.segment(self.t_max, majorant));
             }
             if t_end > self.last {
+                let segment = self.segment(t_end, majorant);
                 self.last = t_end;
-                return Some(MajorantSegment { t_end, majorant });
+                return Some(segment);
             }
         }
     }

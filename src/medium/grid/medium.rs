@@ -16,7 +16,7 @@ use super::map::{IndexMap, box_of_corners};
 use super::motion::Motion;
 use super::survey::Survey;
 use crate::math::Rgb;
-use crate::medium::{MajorantIter, MediumPoint};
+use crate::medium::{MajorantIter, MediumPoint, resolution};
 
 /// What a grid medium is made of.
 #[derive(Debug)]
@@ -45,6 +45,10 @@ pub struct GridMediumParts {
     pub clip: Option<(DVec3, DVec3)>,
 }
 
+/// Where there is something everywhere, the least channel of μ_t outside all grids may be this share of its bound for rays without end to be ended by
+/// it: a ray takes some ten times the inverse in steps.
+const LEAST_BACKGROUND: f32 = 1e-3;
+
 /// The time at which moving media are surveyed for what they emit.
 const HALF_WAY: f32 = 0.5;
 
@@ -60,13 +64,15 @@ pub struct GridMedium {
     cells_from_render: DAffine3,
     /// The clip box in whole voxels, outwards.
     clip_voxels: Option<(IVec3, IVec3)>,
-    /// The bound of μ_t outside everything.
-    outside: f32,
-    /// The gathering rate there; and for rays without end, which would never be done gathering emission.
+    /// The bound of μ_t outside everything; and for rays without end, which would never be done with a medium that lets a channel through.
+    outside: [f32; 2],
+    /// The gathering rate there, likewise.
     gathering_outside: [f32; 2],
     /// Where it emits.
     energy: Option<Arc<EnergyGrid>>,
     bounds: Option<(Vec3, Vec3)>,
+    /// It scatters, and is so dense somewhere that [`resolution`] limits it.
+    is_limited: bool,
     /// All grids lie on the lattice of the density (or else of the bound).
     shared: bool,
     /// μ_t where density is 1, if no colour grid changes it from place to place.
@@ -97,10 +103,11 @@ impl GridMedium {
             gathering: None,
             cells_from_render: lattice.cells_from_render,
             clip_voxels,
-            outside: 0.0,
+            outside: [0.0; 2],
             gathering_outside: [0.0; 2],
             energy: None,
             bounds: None,
+            is_limited: false,
             shared: same(&parts.absorption_colour) && same(&parts.scattering_colour) && glows_there,
             plain_extinction: is_plain.then(|| (parts.sigma_a + parts.sigma_s) * parts.scale),
             majorants,
@@ -110,17 +117,21 @@ impl GridMedium {
             medium.find_emission(&lattice);
         }
         if medium.parts.clip.is_none() {
-            medium.outside = medium.majorants.background();
+            let bound = medium.majorants.background();
+            let ends = medium.background().min_channel() >= LEAST_BACKGROUND * bound;
+            medium.outside = [bound, if ends { bound } else { 0.0 }];
             let gathering = medium.gathering.as_ref().map_or(0.0, Majorants::background);
-            medium.gathering_outside = [gathering, if gathering > 0.0 { medium.outside } else { 0.0 }];
+            medium.gathering_outside = [gathering, if gathering > 0.0 { medium.outside[1] } else { 0.0 }];
         }
         let voxels = match (medium.majorants.bounds(), medium.gathering.as_ref().and_then(Majorants::bounds)) {
             (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
             (bounds, None) | (None, bounds) => bounds,
         };
-        if medium.outside <= 0.0 && medium.gathering_outside[0] <= 0.0 {
+        if medium.outside[0] <= 0.0 && medium.gathering_outside[0] <= 0.0 {
             medium.bounds = Some(render_bounds(voxels, &lattice.cells_from_render, clip_voxels));
         }
+        let farthest = medium.bounds.map_or(f32::INFINITY, |(low, high)| low.abs().max(high.abs()).length());
+        medium.is_limited = medium.scatters() && medium.largest_extinction() > resolution::largest(farthest);
         medium
     }
 
@@ -153,10 +164,16 @@ impl GridMedium {
         self.parts.motion.as_ref().map_or(p, |motion| motion.back(p, time))
     }
 
-    /// The coefficients at `p` of render space, at a time between 0 and 1.
+    /// The coefficients at `p` of render space, at a time between 0 and 1, as [`resolution`] limits them.
     #[inline]
     pub fn point(&self, p: Vec3, time: f32) -> MediumPoint {
-        let p = self.written(p, time);
+        let point = self.point_written(self.written(p, time));
+        if self.is_limited { point.limited(p) } else { point }
+    }
+
+    /// The coefficients where the grids have them.
+    #[inline]
+    fn point_written(&self, p: Vec3) -> MediumPoint {
         let Some(index) = self.index_inside(p) else { return MediumPoint::default() };
         let [absorption, scattering] = self.coefficients(p, index);
         let mut point = MediumPoint { absorption, scattering, emission: Rgb::BLACK };
@@ -253,14 +270,19 @@ impl GridMedium {
     /// Bounds of μ_t along a ray: see [`crate::medium::Medium::majorants`].
     #[inline]
     pub fn majorants(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> MajorantIter<'_> {
-        self.along(&self.majorants, self.outside, origin, direction, [t_min, t_max])
+        let outside = self.outside[usize::from(t_max == f32::INFINITY)];
+        let mut walk = self.along(&self.majorants, outside, origin, direction, [t_min, t_max]);
+        if self.is_limited {
+            walk.limit_on([origin, direction]);
+        }
+        MajorantIter::Grid(walk)
     }
 
     /// How densely emission is gathered along a ray: see [`crate::medium::Medium::gathering_rates`].
     #[inline]
     pub fn gathering_rates(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<MajorantIter<'_>> {
         let outside = self.gathering_outside[usize::from(t_max == f32::INFINITY)];
-        Some(self.along(self.gathering.as_ref()?, outside, origin, direction, [t_min, t_max]))
+        Some(MajorantIter::Grid(self.along(self.gathering.as_ref()?, outside, origin, direction, [t_min, t_max])))
     }
 
     #[inline]
@@ -271,13 +293,13 @@ impl GridMedium {
         origin: Vec3,
         direction: Vec3,
         stretch: [f32; 2],
-    ) -> MajorantIter<'m> {
+    ) -> GridMajorants<'m> {
         let ray = [
             self.cells_from_render.transform_point3(origin.as_dvec3()),
             self.cells_from_render.transform_vector3(direction.as_dvec3()),
         ];
         let reach = reach_of(origin);
-        MajorantIter::Grid(GridMajorants::new(cells, ray, self.clip_voxels, outside, reach, stretch))
+        GridMajorants::new(cells, ray, self.clip_voxels, outside, reach, stretch)
     }
 
     /// Where it emits, if it does anywhere that is stored.
@@ -288,6 +310,29 @@ impl GridMedium {
     /// A box of render space outside which there is nothing; `None` if there is something everywhere.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         self.bounds
+    }
+
+    /// Whether it is so dense somewhere that [`resolution`] limits it.
+    #[cfg(test)]
+    pub fn is_limited(&self) -> bool {
+        self.is_limited
+    }
+
+    /// Whether it is (or emits) something everywhere, and yet too little in some channel to end a ray that goes on for ever: what such a ray would
+    /// gather has no bound, or takes for ever to find. Rays without end then meet nothing outside the grids.
+    pub fn never_ends(&self) -> bool {
+        self.bounds.is_none() && self.outside[1] <= 0.0
+    }
+
+    /// μ_t outside all grids.
+    fn background(&self) -> Rgb {
+        let parts = &self.parts;
+        let density = parts.density.as_ref().map_or(1.0, |field| field.adjust(field.grid.background()));
+        let tinted = |sigma: Rgb, colour: &Option<Field<AnyGrid>>| {
+            colour.as_ref().map_or(sigma, |field| sigma * Rgb(field.at_index(None)))
+        };
+        (tinted(parts.sigma_a, &parts.absorption_colour) + tinted(parts.sigma_s, &parts.scattering_colour))
+            * (parts.scale * density)
     }
 
     /// An upper bound of μ_t anywhere, per unit length of render space.

@@ -11,6 +11,7 @@ use super::sparse::{SparseGrid, TileOf};
 use super::{GridMedium, GridMediumParts};
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
+use crate::medium::resolution::limit;
 
 pub(super) fn blob(edge: i32, origin: IVec3, seed: u64) -> (Vec<IVec3>, Vec<f32>) {
     let mut stream = Stream::from_seed(seed);
@@ -76,13 +77,15 @@ pub(super) fn check_rays(medium: &GridMedium, centre: Vec3, size: f32, rays: usi
         let d = if ray % 3 == 0 { direction(&mut stream) } else { (target - origin).normalize() };
         let (t_min, t_max) = (0.1 * size * stream.next_f32(), distance + 2.0 * size);
         let mut start = t_min;
+        // What is limited where a stretch begins is so all along it.
+        let limited = |mu: f32, start: f32| if medium.is_limited() { limit(mu, origin + d * start) } else { mu };
         for segment in medium.majorants(origin, d, t_min, t_max) {
             assert!(segment.t_end > start, "{segment:?} after {start}");
             assert!(segment.majorant >= 0.0 && segment.majorant.is_finite());
             for _ in 0..6 {
                 let t = start + (segment.t_end - start) * stream.next_f32();
                 let point = medium.point(origin + d * t, stream.next_f32());
-                let extinction = (point.absorption + point.scattering).max_channel();
+                let extinction = limited((point.absorption + point.scattering).max_channel(), start);
                 assert!(
                     extinction <= segment.majorant,
                     "{extinction} exceeds {segment:?} at {t} from {origin} along {d}"

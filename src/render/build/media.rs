@@ -91,3 +91,24 @@ impl MediaBuilder {
         Ok(built)
     }
 }
+
+/// Refuses a medium that surrounds the whole scene, but cannot end a ray that goes on for ever.
+pub(super) fn check_ambient(scene: &SceneDescription, medium: &Medium) -> Result<(), RenderError> {
+    let Medium::Grid(grid) = medium else { return Ok(()) };
+    if !grid.never_ends() {
+        return Ok(());
+    }
+    let message = format!(
+        "medium \"{}\" surrounds the whole scene and reaches to infinity, but lets light of some colour through (nearly) without end",
+        scene.camera_medium
+    );
+    let kind = SceneErrorKind::Parameter(message);
+    let entity = scene.media.iter().find(|medium| medium.name == scene.camera_medium);
+    let error = match entity {
+        Some(medium) => SceneError::at(medium.entity.params.span, kind),
+        None => SceneError::new(kind),
+    };
+    Err(error
+        .help("put the camera inside a boundary that holds the medium, leave out \"densityoffset\" and \"emissionoffset\", or let \"sigma_a\" and \"sigma_s\" stop every colour")
+        .into())
+}

@@ -122,6 +122,9 @@ pub fn build_world(
     };
     if world.has_media() {
         world.camera_regions = camera_regions(&world, Vec3::ZERO, media.camera, warnings);
+        if let Some(ambient) = world.camera_regions.ambient() {
+            media::check_ambient(scene, world.medium(ambient))?;
+        }
     }
     Ok(world)
 }
