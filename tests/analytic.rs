@@ -288,7 +288,7 @@ fn shadow_rays_see_the_same_transmittance() {
     // So thick that Russian roulette comes in.
     let thick = ramp("m", 8, 3.0 / ramp_depth(8), [1.0; 3], "");
     let world = format!("{floor}{thick}{}", slab("m", "", ""));
-    camera.assert("thick", &world, 6000, [lit * (-3f64).exp(); 3], 3e-3);
+    camera.assert("thick", &world, 3600, [lit * (-3f64).exp(); 3], 3e-3);
 }
 
 #[test]

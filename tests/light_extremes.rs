@@ -8,6 +8,7 @@ mod common;
 
 use common::blocks::{Blocks, Family};
 use common::{Options, Shot, assert_mean, difference, image_mean, prepare_text};
+use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::Film;
 use lanternfish::render::LightSelection;
 
@@ -60,7 +61,7 @@ fn shot() -> Shot {
 }
 
 fn options(lights: LightSelection, spp: u32) -> Options {
-    Options { lights, spp, ..Options::default() }
+    Options { lights, spp, cache: CacheSettings::default(), ..Options::default() }
 }
 
 #[track_caller]

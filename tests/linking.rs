@@ -190,7 +190,7 @@ fn surfaces_are_lit_by_their_lights_alone() {
 
 #[test]
 fn media_are_lit_by_their_lights_alone() {
-    is_sum_of_objects(&[&SURFACES[..], &MEDIA[..]].concat(), 2048);
+    is_sum_of_objects(&[&SURFACES[..], &MEDIA[..]].concat(), 1216);
 }
 
 #[test]
@@ -206,9 +206,9 @@ fn what_lights_nothing_is_as_good_as_not_there() {
         .map(|what| format!("Attribute \"{what}\" \"string excludelights\" [\"key\" \"rim\"]\n"))
         .concat();
     let with = format!("{defaults}{}{plain}{glass}", lights(|_| true));
-    let (expected, expected_error) = mean(&without, 4, LightSelection::Optimal, 1024);
+    let (expected, expected_error) = mean(&without, 4, LightSelection::Optimal, 448);
     for (name, kind) in KINDS {
-        let (seen, error) = mean(&with, 4, kind, 1024);
+        let (seen, error) = mean(&with, 4, kind, 448);
         for c in 0..3 {
             let both = error[c].hypot(expected_error[c]);
             println!("{name}: {:.5} and {:.5} ± {both:.5}", seen[c], expected[c]);

@@ -120,7 +120,7 @@ fn a_lit_floor_has_a_twentieth_of_the_variance() {
     let camera =
         Shot { from: [0.0, -0.4, -4.0], to: [0.0, -1.2, -1.0], fov: 20.0, size: 16, depth: 2, ..Shot::default() };
     let render = |volume_lights| {
-        let options = Options { spp: 256, volume_lights, ..Options::default() };
+        let options = Options { spp: 256, volume_lights, cache: CacheSettings::default(), ..Options::default() };
         camera.render(&format!("{FLOOR}{fire}"), &options).film
     };
     let (with, without) = (variance(&render(VolumeLights::Auto)), variance(&render(VolumeLights::Off)));

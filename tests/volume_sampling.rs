@@ -10,6 +10,7 @@ use common::{
     CUBE, FLOOR, Options, SLACK, Shot, assert_mean, boundary, glow, grid_medium, image_mean, integrate, prepare_text,
     render_text, shuffled_grid,
 };
+use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::Film;
 use lanternfish::render::{LightSelection, VolumeSampling};
 
@@ -61,7 +62,7 @@ fn agree(name: &str, shot: &Shot, world: &str, spp: u32, precision: f64) {
 fn thin_haze_of_all_colours_around_lamps() {
     let haze = fog("h", "0.01 0.02 0.005", "0.03 0.06 0.12", 0.7);
     let world = format!("{FLOOR}{LAMPS}{haze}{}", boundary("h", "", "Shape \"sphere\" \"float radius\" 4.5"));
-    agree("thin", &shot(), &world, 48, 0.03);
+    agree("thin", &shot(), &world, 28, 0.02);
 }
 
 /// The camera within dense fog, under a sky and a sun.
@@ -87,7 +88,7 @@ fn media_within_and_over_each_other() {
         boundary("c", "h", CUBE),
         boundary("d", "", &format!("Scale 0.8 0.8 0.8 {CUBE}")),
     );
-    agree("nested", &shot(), &world, 48, 0.02);
+    agree("nested", &shot(), &world, 32, 0.02);
 }
 
 /// A fire as the only light, in thin haze that scatters forward: phase sampling finds it as well.
@@ -107,7 +108,7 @@ fn fire_in_haze() {
         boundary("h", "", "Shape \"sphere\" \"float radius\" 6"),
         boundary("g", "", &format!("Scale 0.5 0.5 0.5 {CUBE}")),
     );
-    agree("fire", &shot(), &world, 64, 0.03);
+    agree("fire", &shot(), &world, 32, 0.01);
 }
 
 /// Narrow beams, one of them along the view; knots lie where rays cross their cones.
@@ -122,7 +123,7 @@ fn beams_in_haze() {
     let haze = fog("h", "0.002 0.002 0.002", "0.004 0.006 0.008", 0.3);
     let world = format!("{FLOOR}{beams}{haze}{}", boundary("h", "", "Shape \"sphere\" \"float radius\" 7"));
     let shot = Shot { depth: 1, ..shot() };
-    agree("beams", &shot, &world, 256, 0.05);
+    agree("beams", &shot, &world, 96, 0.02);
 }
 
 /// Where nothing can be learned or drawn: black lights beside lamps, a medium that does not scatter, lights linked away.
@@ -202,7 +203,8 @@ fn a_shaft_of_light_has_a_fraction_of_the_variance() {
     );
     let shot = Shot { from: [0.0, 0.0, -2.9], to: [0.0, 0.0, 1.0], fov: 60.0, size: 32, depth: 1, ..Shot::default() };
     let render = |volume_sampling| {
-        render_text(&shot.text(&world), &Options { spp: 64, volume_sampling, ..Options::default() }).film
+        let options = Options { spp: 64, volume_sampling, cache: CacheSettings::default(), ..Options::default() };
+        render_text(&shot.text(&world), &options).film
     };
     let [null, both, auto] =
         [VolumeSampling::Null, VolumeSampling::Both, VolumeSampling::Auto].map(|s| variance(&render(s)));

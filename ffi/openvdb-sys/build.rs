@@ -81,7 +81,8 @@ fn main() {
     }
 
     let mut build = cc::Build::new();
-    build.cpp(true).std("c++17").opt_level(2).file("src/shim.cpp").warnings(false);
+    // Debug information of OpenVDB's templates is fifteen times the code and takes as long to write.
+    build.cpp(true).std("c++17").opt_level(2).debug(false).file("src/shim.cpp").warnings(false);
     for folder in include_folders() {
         if folder.is_dir() && folder != Path::new("/usr/include") {
             build.include(&folder);

@@ -44,6 +44,11 @@ pub struct Options {
     pub film: FilmOverrides,
 }
 
+/// Candidates for cache points of [`Options::default`]. The number that suits larger images takes seconds to turn into points, many times what a
+/// test's image takes; the image is the same with fewer, only noisier. They come from pilot paths alone; tests that are about cache points or
+/// about noise ask for [`CacheSettings::default`].
+const FEW_CANDIDATES: u32 = 2000;
+
 impl Default for Options {
     fn default() -> Self {
         Self {
@@ -52,7 +57,7 @@ impl Default for Options {
             backend: Backend::DEFAULT,
             lights: LightSelection::Auto,
             splitting: None,
-            cache: CacheSettings::default(),
+            cache: CacheSettings { candidates: Some(FEW_CANDIDATES), ..CacheSettings::default() },
             light_candidates: None,
             volume_lights: VolumeLights::Auto,
             volume_sampling: VolumeSampling::Auto,
