@@ -24,9 +24,9 @@ use crate::medium::regions::Regions;
 
 /// The most bounces of any path, whatever [`PathSettings::max_depth`] says. In a white medium (albedo exactly 1) Russian roulette ends no path, and one
 /// as dense as [`crate::medium::resolution`] lets it be keeps some for 10⁹ vertices. Of the paths that enter a white half-space, H(μ) / √(πn) are still in it after
-/// n bounces (from its albedo 1 − √(1 − ϖ) H(μ) as a generating function; Chandrasekhar's H is at most 2.91), so at most 0.52 % of the light is
+/// n bounces (from its albedo 1 − √(1 − ϖ) H(μ) as a generating function; Chandrasekhar's H is at most 2.91), so at most 0.052 % of the light is
 /// lost: a bias by design, which [`Counters::cut_paths`] counts.
-pub const MOST_BOUNCES: u32 = 100_000;
+pub const MOST_BOUNCES: u32 = 10_000_000;
 
 /// What the path tracer may be told.
 #[derive(Clone, Copy, Debug)]

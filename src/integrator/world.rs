@@ -25,7 +25,8 @@ pub struct World {
     pub lights: Lights,
     /// How a light is chosen at a vertex.
     pub light_choice: LightChoice,
-    /// What scattering points on camera rays are drawn by in place of cache points, where that was asked for.
+    /// What scattering points on camera rays are drawn by in place of cache points, where that was asked for; for pilot paths, what says where on
+    /// their camera rays cache points are wanted.
     pub equi_angular: Option<EquiAngular>,
     /// Media, by [`MediumId`]; empty for scenes without.
     pub media: Vec<Medium>,

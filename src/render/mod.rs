@@ -25,6 +25,7 @@ use crate::film::{Film, FilmSettings, PixelSamples};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
+use crate::integrator::in_scatter::equi_angular::EquiAngular;
 use crate::integrator::path::MOST_BOUNCES;
 use crate::integrator::{Counters, LightChoice, PathSettings, Scratch, World, trace_path};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
@@ -164,6 +165,9 @@ impl Job {
                 settings: settings.cache,
                 on_camera_rays: choice.in_scatter && choice.selector.is_some(),
             };
+            if builder.on_camera_rays {
+                world.equi_angular = Some(EquiAngular::new(&world.lights, world.extent));
+            }
             let points = if choice.has_points() { builder.build(&world) } else { None };
             build::choose_lights(&mut world, &choice, points, settings, warnings);
             timings.cache_points = start.elapsed().as_secs_f64();

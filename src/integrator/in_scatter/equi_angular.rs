@@ -36,16 +36,18 @@ impl EquiAngular {
     /// For all lights in a scene within `extent`.
     pub fn new(lights: &Lights, (low, high): (Vec3, Vec3)) -> Self {
         let radius = f64::from(0.5 * (high - low).length());
-        let mut all: Vec<(Option<Vec3>, f64)> =
-            lights.ids().map(|id| (lights.centre(id), f64::from(lights.power(id).luminance()))).collect();
-        all.retain(|(_, power)| *power > 0.0 && power.is_finite());
-        all.sort_by(|a, b| b.1.total_cmp(&a.1));
         let (mut own, mut everywhere) = (vec![], 0.0);
-        for (centre, power) in all {
-            match centre {
-                Some(centre) if own.len() < MOST => own.push((centre, power / (4.0 * PI))),
-                _ => everywhere += power / (PI * radius * radius),
+        for id in lights.ids() {
+            let power = f64::from(lights.power(id).luminance());
+            match lights.centre(id) {
+                _ if !(power > 0.0 && power.is_finite()) => {}
+                Some(centre) => own.push((centre, power / (4.0 * PI))),
+                None => everywhere += power / (PI * radius * radius),
             }
+        }
+        if own.len() > MOST {
+            own.select_nth_unstable_by(MOST, |a, b| b.1.total_cmp(&a.1));
+            everywhere += own.drain(MOST..).map(|(_, a)| 4.0 * a / (radius * radius)).sum::<f64>();
         }
         Self { lights: own, everywhere, closest: 1e-5 * radius }
     }
