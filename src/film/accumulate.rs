@@ -15,9 +15,9 @@ pub struct SampleResult {
     pub direct: Rgb,
     /// Of it: light scattered more than once.
     pub indirect: Rgb,
-    /// Of it: light of surfaces and environments that reaches the camera without scattering.
+    /// Of it: light of surfaces, environments and media that reaches the camera without scattering.
     pub emission: Rgb,
-    /// Of it: light emitted or first scattered by a medium.
+    /// Of it: light first scattered by a medium.
     pub volume: Rgb,
     /// Reflectance of what is seen first; black where nothing is.
     pub albedo: Rgb,

@@ -10,6 +10,8 @@ pub(super) struct Layers {
     pub result: SampleResult,
     /// What the path met first.
     pub first: Option<FirstVertex>,
+    /// What media on the camera ray emit towards the camera.
+    pub glow: Rgb,
 }
 
 /// Where a path is scattered first.
@@ -24,7 +26,7 @@ pub(super) enum FirstVertex {
 impl Layers {
     /// Nothing yet, of a path from a camera.
     pub fn new() -> Self {
-        Self { result: SampleResult { depth: f32::INFINITY, ..Default::default() }, first: None }
+        Self { result: SampleResult { depth: f32::INFINITY, ..Default::default() }, first: None, glow: Rgb::BLACK }
     }
 
     /// Adds light that arrives after `depth` bounces, from a medium or from elsewhere.
@@ -33,8 +35,13 @@ impl Layers {
         let result = &mut self.result;
         result.beauty += contribution;
         match (self.first, depth) {
-            (None, _) if !from_medium => result.emission += contribution,
-            (None | Some(FirstVertex::Medium), _) => result.volume += contribution,
+            (None, _) => {
+                result.emission += contribution;
+                if from_medium {
+                    self.glow += contribution;
+                }
+            }
+            (Some(FirstVertex::Medium), _) => result.volume += contribution,
             (Some(FirstVertex::Surface), 1) => result.direct += contribution,
             (Some(FirstVertex::Surface), _) => result.indirect += contribution,
         }

@@ -87,6 +87,9 @@ pub fn trace_path<const MEDIA: bool>(
     let start = Walk { ray, path, depth: 0, sampled_from: None, roulette_scale: 1.0, index: 1 };
     let mut layers = Layers::new();
     walk::<MEDIA>(world, settings, start, random, scratch, &mut layers);
+    if MEDIA {
+        scratch.in_scatter.glow = layers.glow;
+    }
     layers.result
 }
 

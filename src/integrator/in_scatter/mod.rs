@@ -51,6 +51,8 @@ pub struct InScatter {
     pub alternatives: Alternatives,
     /// What the points drawn on the current path's camera ray brought.
     pub drawn: Rgb,
+    /// What media on its camera ray emit, whether it is scattered or not.
+    pub glow: Rgb,
     /// What the points took, of all paths of the pixel so far.
     pub work: PointWork,
     /// Places on the camera rays of pilot paths.
@@ -66,6 +68,7 @@ impl Default for InScatter {
             mix: Mix::NULL,
             alternatives: Alternatives::default(),
             drawn: Rgb::BLACK,
+            glow: Rgb::BLACK,
             work: PointWork::default(),
             seeds: vec![],
         }
