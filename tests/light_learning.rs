@@ -179,7 +179,8 @@ fn selection(job: &Job) -> (bool, &str, usize) {
 #[test]
 fn one_light_needs_no_selection() {
     for lights in [LightSelection::Auto, LightSelection::CachePoints, LightSelection::Tree] {
-        let (job, warnings) = gallery("lamp", None, &Options { lights, ..Options::default() });
+        let options = Options { lights, cache: CacheSettings::default(), ..Options::default() };
+        let (job, warnings) = gallery("lamp", None, &options);
         assert_eq!(selection(&job), (false, "there is one light: nothing to choose", 0), "{lights:?}");
         assert!(warnings.list().is_empty(), "{warnings:?}");
     }
