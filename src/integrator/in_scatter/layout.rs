@@ -16,8 +16,8 @@ use crate::medium::regions::Regions;
 use crate::medium::{Medium, MediumId, MediumPoint};
 
 /// Knots along a ray, about, at most and at least.
-const MOST_KNOTS: f32 = 20.0;
-const FEWEST_KNOTS: f32 = 10.0;
+const MOST_KNOTS: f32 = 40.0;
+const FEWEST_KNOTS: f32 = 12.0;
 /// Distance between knots, in radii of the nearest cache point.
 const KNOT_RADII: f32 = 0.5;
 /// And in mean free paths.
