@@ -92,9 +92,8 @@ fn media_with_one_boundary_are_their_sum() {
     family.assert(1e-6);
 }
 
-/// A camera on a face, an edge or a corner of media that touch: where it looks into one it sees it.
-#[test]
-fn a_camera_on_boundaries() {
+/// Two media that touch in the plane x = 0, one of them given by a grid, in a cube; and their extinctions.
+fn side_by_side() -> ([f64; 2], String) {
     let [left, right] = [0.7, 0.2];
     let media = format!(
         "{}{}",
@@ -106,7 +105,17 @@ fn a_camera_on_boundaries() {
         boundary("l", "", &format!("Translate -0.5 0 0 Scale 0.5 1 1 {CUBE}")),
         boundary("r", "", &format!("Translate 0.5 0 0 Scale 0.5 1 1 {CUBE}")),
     );
-    let of = |from: [f64; 3], way: [f64; 3]| ray(from, std::array::from_fn(|k| from[k] + way[k]));
+    ([left, right], world)
+}
+
+fn along(from: [f64; 3], way: [f64; 3]) -> Shot {
+    ray(from, std::array::from_fn(|k| from[k] + way[k]))
+}
+
+/// A camera on a face, an edge or a corner of media that touch: where it looks into one it sees it.
+#[test]
+fn a_camera_on_boundaries() {
+    let ([left, right], world) = side_by_side();
     for (from, way, depth) in [
         ([0.0, 0.1, 0.2], [1.0, 0.0, 0.0], right),
         ([0.0, 0.1, 0.2], [-1.0, 0.0, 0.0], left),
@@ -119,7 +128,7 @@ fn a_camera_on_boundaries() {
         ([0.0, 1.0, 1.0], [0.9, -1.0, -1.0], right * (2.0f64 + 0.81).sqrt() / 0.9),
     ] {
         let expected = [(-depth).exp(); 3];
-        check(&format!("from {from:?} along {way:?}"), &of(from, way), &world, &options(512), expected, 0.02);
+        check(&format!("from {from:?} along {way:?}"), &along(from, way), &world, &options(512), expected, 0.02);
     }
 }
 
@@ -143,18 +152,7 @@ fn a_camera_on_a_sphere() {
 /// Along a face every pixel is finite, and between what one side and the other would let through.
 #[test]
 fn a_camera_that_looks_along_faces() {
-    let [left, right] = [0.7, 0.2];
-    let media = format!(
-        "{}{}",
-        homogeneous("l", [left; 3], [0.0; 3], ""),
-        grid("r", 4, &[1.0; 64], [[-2.0; 3], [2.0; 3]], &grey(right, 0.0))
-    );
-    let world = format!(
-        "{DOME}{media}{}{}",
-        boundary("l", "", &format!("Translate -0.5 0 0 Scale 0.5 1 1 {CUBE}")),
-        boundary("r", "", &format!("Translate 0.5 0 0 Scale 0.5 1 1 {CUBE}")),
-    );
-    let of = |from: [f64; 3], way: [f64; 3]| ray(from, std::array::from_fn(|k| from[k] + way[k]));
+    let ([left, right], world) = side_by_side();
     for (from, way) in [
         // In the face between both, and in outer faces and edges.
         ([0.0, 0.0, -0.9], [0.0, 0.0, 1.0]),
@@ -163,7 +161,7 @@ fn a_camera_that_looks_along_faces() {
         ([-1.0, 1.0, -1.0], [0.0, 0.0, 1.0]),
         ([0.0, -1.0, -1.0], [0.0, 1.0, 1.0]),
     ] {
-        let outcome = of(from, way).render(&world, &options(64));
+        let outcome = along(from, way).render(&world, &options(64));
         assert_eq!(outcome.film.rejected().0, 0);
         for value in outcome.film.beauty().pixels {
             assert!((0.0..=1.0 + 1e-5).contains(&value), "from {from:?}: {value}");
