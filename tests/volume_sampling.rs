@@ -126,6 +126,20 @@ fn beams_in_haze() {
     agree("beams", &shot, &world, 96, 0.02);
 }
 
+/// Haze seen in a mirror, through a pane of glass, and in the mirror through the pane: points are drawn on those rays too. The fog before them tells
+/// channels apart, the glass scales radiance, and neither is the same for all rays of a pixel.
+#[test]
+fn haze_behind_mirrors_and_glass() {
+    let haze = fog("h", "0.03 0.02 0.01", "0.05 0.08 0.15", 0.6);
+    let pane = format!("Material \"dielectric\" \"float eta\" 1.4 Scale 0.5 0.7 0.02 {CUBE}");
+    let world = format!(
+        "{FLOOR}{LAMPS}AttributeBegin Material \"conductor\" Translate 0.9 0.3 1.2 Rotate -125 0 1 0 Shape \"disk\" \"float radius\" 1.1 AttributeEnd
+         AttributeBegin Translate 0.3 0.4 -2 Rotate 20 0 1 0 {pane} AttributeEnd\n{haze}{}",
+        boundary("h", "", "Shape \"sphere\" \"float radius\" 6")
+    );
+    agree("mirrors", &Shot { depth: 5, ..shot() }, &world, 32, 0.02);
+}
+
 /// Where nothing can be learned or drawn: black lights beside lamps, a medium that does not scatter, lights linked away.
 #[test]
 fn nothing_to_draw() {
@@ -196,18 +210,24 @@ fn a_shaft_of_light_has_a_fraction_of_the_variance() {
     ]
     .concat();
     let haze = fog("h", "0.002 0.002 0.002", "0.02 0.02 0.02", 0.4);
-    let world = format!(
-        "LightSource \"distant\" \"rgb L\" [9 9 9] \"point3 from\" [0.2 1 0.1] \"point3 to\" [0 0 0]
-         AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.02 0.02 0.02] {walls} AttributeEnd\n{haze}{}",
-        boundary("h", "", &format!("Scale 2.99 2.99 2.99 {CUBE}"))
+    let pane = format!(
+        "AttributeBegin Material \"dielectric\" \"float eta\" 1.5 Translate 0 0 -2.6 Scale 2.9 2.9 0.02 {CUBE} AttributeEnd\n"
     );
-    let shot = Shot { from: [0.0, 0.0, -2.9], to: [0.0, 0.0, 1.0], fov: 60.0, size: 32, depth: 1, ..Shot::default() };
-    let render = |volume_sampling| {
-        let options = Options { spp: 64, volume_sampling, cache: CacheSettings::default(), ..Options::default() };
-        render_text(&shot.text(&world), &options).film
-    };
-    let [null, both, auto] =
-        [VolumeSampling::Null, VolumeSampling::Both, VolumeSampling::Auto].map(|s| variance(&render(s)));
-    println!("null {null}, both {both}: {}, auto {auto}: {}", null / both, null / auto);
-    assert!(null > 6.0 * both && null > 5.0 * auto, "{null} {both} {auto}");
+    // Seen with nothing between, and through a pane of glass.
+    for (between, depth) in [("", 1), (pane.as_str(), 3)] {
+        let world = format!(
+            "LightSource \"distant\" \"rgb L\" [9 9 9] \"point3 from\" [0.2 1 0.1] \"point3 to\" [0 0 0]
+             AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.02 0.02 0.02] {walls} AttributeEnd\n{between}{haze}{}",
+            boundary("h", "", &format!("Scale 2.99 2.99 2.99 {CUBE}"))
+        );
+        let shot = Shot { from: [0.0, 0.0, -2.9], to: [0.0, 0.0, 1.0], fov: 60.0, size: 32, depth, ..Shot::default() };
+        let render = |volume_sampling| {
+            let options = Options { spp: 64, volume_sampling, cache: CacheSettings::default(), ..Options::default() };
+            render_text(&shot.text(&world), &options).film
+        };
+        let [null, both, auto] =
+            [VolumeSampling::Null, VolumeSampling::Both, VolumeSampling::Auto].map(|s| variance(&render(s)));
+        println!("depth {depth}: null {null}, both {both}: {}, auto {auto}: {}", null / both, null / auto);
+        assert!(null > 6.0 * both && null > 5.0 * auto, "{null} {both} {auto}");
+    }
 }

@@ -93,7 +93,7 @@ pub struct FlightVertex {
     pub medium: MediumId,
     /// How far along the ray.
     pub t: f32,
-    /// 1 / length, relative to the hero's pdf of the path: what it would be to have come here without a null collision deciding otherwise, and to have
+    /// 1 / length, relative to the hero's pdf of the flight: what it would be to have come here without a null collision deciding otherwise, and to have
     /// stopped with density 1.
     pub passed: f32,
 }
@@ -118,6 +118,8 @@ pub fn sample_flight(
     world.tracer.boundaries(ray, &mut crossings);
     scratch.counters.boundary_rays += 1;
 
+    // What is left of the light's pdf is the hero's of the flight, inverted: it changes alike in all channels.
+    let light = path.weight.light.max_channel();
     let mut t_start = 0.0;
     let mut vertex = None;
     for i in 0..=crossings.len() {
@@ -125,7 +127,7 @@ pub fn sample_flight(
         if !path.regions.media().is_empty() && t_end > t_start {
             let Scratch { lights, counters, .. } = scratch;
             let mut emit = |weight: &PathWeight, medium, emission| emit(weight, medium, emission, lights);
-            vertex = sample_stretch(world, ray, [t_start, t_end], path, grids_glow, stream, counters, &mut emit);
+            vertex = sample_stretch(world, ray, [t_start, t_end], light, path, grids_glow, stream, counters, &mut emit);
             if vertex.is_some() || path.weight.throughput.is_black() {
                 break;
             }
@@ -146,6 +148,7 @@ fn sample_stretch(
     world: &World,
     ray: &Ray,
     stretch: [f32; 2],
+    light: f32,
     path: &mut PathState,
     grids_glow: bool,
     stream: &mut Stream,
@@ -197,8 +200,7 @@ fn sample_stretch(
             // μ_s / μ̄; the albedo where μ_t is beyond what the bound was limited to.
             weight.throughput *= scattering * extinction.map(|mu| (1.0 / mu.max(collision.majorant)) * inverse);
             weight.unidirectional *= real * inverse;
-            // Equal in all channels on a ray that has come from no vertex.
-            let passed = weight.light.max_channel() * ((1.0 / collision.majorant) * inverse);
+            let passed = weight.light.max_channel() / light * ((1.0 / collision.majorant) * inverse);
             // From here on a light is sampled from this vertex.
             weight.light = weight.unidirectional;
             let p = ray.origin + ray.direction * within(collision.t, stretch, ray);

@@ -47,9 +47,12 @@ impl Layers {
         }
     }
 
-    /// Adds light that a medium scatters towards the camera, found beside the path.
+    /// Adds light that a medium scatters back along the path's ray, found beside the path, as its bounce number `depth`.
     #[inline]
-    pub fn add_scattered(&mut self, contribution: Rgb) {
+    pub fn add_scattered(&mut self, contribution: Rgb, depth: u32) {
+        if self.first.is_some() {
+            return self.add(contribution, depth, false);
+        }
         self.result.beauty += contribution;
         self.result.volume += contribution;
     }

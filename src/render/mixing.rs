@@ -245,9 +245,9 @@ impl PixelEvidence {
     /// Adds a sample.
     #[inline]
     pub fn add(&mut self, sample: &SampleResult, scratch: &Scratch) {
-        let InScatter { alternatives, drawn, glow, .. } = &scratch.in_scatter;
+        let InScatter { alternatives, drawn, scattered, glow, .. } = &scratch.in_scatter;
         self.brought.add(Vec3::new(sample.beauty.luminance(), drawn.luminance(), 0.0).as_dvec3());
-        let more = alternatives.more(f64::from((sample.beauty - sample.volume - *glow).luminance()));
+        let more = alternatives.more(f64::from((sample.beauty - *scattered - *glow).luminance()));
         self.more.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
     }
 

@@ -4,15 +4,15 @@
 
 use glam::Vec3;
 
-use super::InScatter;
+use super::Along;
 use super::density::{Place, RayDensity};
+use super::points::RayStart;
 use super::stretches::{each_stretch, leaves};
 use crate::cache_points::CachePoints;
 use crate::geometry::Ray;
 use crate::integrator::path::Scratch;
 use crate::integrator::world::World;
 use crate::math::Rgb;
-use crate::medium::regions::Regions;
 use crate::medium::{Medium, MediumId, MediumPoint};
 
 /// Knots along a ray, about, at most and at least.
@@ -39,7 +39,8 @@ const MOST_LAYOUTS: u32 = 3;
 pub(super) struct LaidOut {
     /// How far that ray went; 0 where there was none.
     pub reach: f32,
-    /// And where to.
+    /// And from and where to.
+    origin: Vec3,
     direction: Vec3,
     /// How far from there another ray may go, in radians.
     angle: f32,
@@ -48,20 +49,28 @@ pub(super) struct LaidOut {
 }
 
 impl LaidOut {
-    /// Whether `ray` may use it.
-    fn serves(&self, ray: &Ray) -> bool {
+    /// Whether `ray` may use it, number `number` of a path.
+    fn serves(&self, ray: &Ray, number: u32) -> bool {
+        let is_near = self.direction.distance_squared(ray.direction) < self.angle * self.angle;
+        let reaches = ray.t_max <= 1.02 * self.reach;
+        if number > 1 {
+            // What one mirror sends here and another there has nothing in common, not even within a pixel.
+            let aside = self.origin.distance_squared(ray.origin);
+            return is_near && reaches && aside < (self.angle * self.reach).powi(2);
+        }
         // The samples of a pixel always share theirs: it may be large.
-        let is_same = self.count > 0 || self.direction.distance_squared(ray.direction) < self.angle * self.angle;
-        self.count >= MOST_LAYOUTS || is_same && ray.t_max <= 1.02 * self.reach
+        self.count >= MOST_LAYOUTS || (self.count > 0 || is_near) && reaches
     }
 }
 
-/// Makes sure that the shared part reaches as far as `ray` does.
-pub(super) fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &Regions, scratch: &mut Scratch) {
-    if scratch.in_scatter.laid_out.serves(ray) {
+/// Makes sure that the shared part reaches as far as the ray does.
+pub(super) fn lay_out(world: &World, cache: &CachePoints, start: &RayStart, scratch: &mut Scratch) {
+    let RayStart { ray, number, path, .. } = *start;
+    let along = number as usize - 1;
+    if scratch.in_scatter.along[along].laid_out.serves(ray, number) {
         return;
     }
-    let mut density = std::mem::take(&mut scratch.in_scatter.density);
+    let mut density = std::mem::take(&mut scratch.in_scatter.along[along].density);
     density.clear();
     let t_end = ray.t_max.min(leaves(ray, world.extent));
     let inside = Ray { t_max: t_end, ..*ray };
@@ -79,16 +88,17 @@ pub(super) fn lay_out(world: &World, cache: &CachePoints, ray: &Ray, regions: &R
         lookups: 0,
         angle,
     };
-    each_stretch(world, &inside, &mut regions.clone(), scratch, |stretch, media| {
+    each_stretch(world, &inside, &mut path.regions.clone(), scratch, |stretch, media| {
         if !media.is_empty() {
             layout.add(stretch, t_end, media);
         }
     });
     scratch.counters.cache_lookups += layout.lookups;
     let angle = layout.angle;
-    let InScatter { laid_out, density: old, .. } = &mut scratch.in_scatter;
+    let Along { laid_out, density: old } = &mut scratch.in_scatter.along[along];
     *old = density;
-    *laid_out = LaidOut { reach: ray.t_max, direction: ray.direction, angle, count: laid_out.count + 1 };
+    let (origin, direction) = (ray.origin, ray.direction);
+    *laid_out = LaidOut { reach: ray.t_max, origin, direction, angle, count: laid_out.count + 1 };
 }
 
 /// Knots in the making.

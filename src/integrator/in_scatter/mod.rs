@@ -1,4 +1,4 @@
-//! In-scatter sampling: scattering points on camera rays, drawn where cache points expect light to be scattered towards the camera, combined
+//! In-scatter sampling: scattering points on camera rays (and on what mirrors and glass make of them), drawn where cache points expect light to be scattered towards the camera, combined
 //! with null-collision tracking by multiple importance sampling. Source: Li et al. 2024, section 4.2.
 //!
 //! The ray's density p_select over distance is linear between knots. A point x_k drawn from it is reached by ratio tracking,
@@ -33,24 +33,39 @@ use crate::math::Rgb;
 use alternatives::{Alternatives, Mix, OwnVertex};
 use density::RayDensity;
 use layout::LaidOut;
-pub(super) use points::{gather, medium_share};
+pub(super) use points::{RayStart, gather, medium_share};
 
-/// The first number of the vertices that are drawn: path vertices never come this far.
-const FIRST_INDEX: u32 = 1 << 24;
+/// Points are drawn on so many of a path's rays: a camera ray, and what mirrors and glass make of it.
+pub const MOST_RAYS: u32 = 8;
 
-/// The density along the camera rays of a pixel, and what it brings. One per thread, reused.
-#[derive(Debug)]
-pub struct InScatter {
+/// The number of the vertex that is drawn as number `draw` on the ray number `ray` (1 for a camera ray) of a path: path vertices do not come this far,
+/// nor do the paths that go on from one come to the next.
+const fn vertex_index(ray: u32, draw: u32) -> u32 {
+    ((1 + draw) << 24) + ((ray - 1) << 20)
+}
+
+/// The density along one ray, and the rays that it serves.
+#[derive(Debug, Default)]
+struct Along {
     density: RayDensity,
     laid_out: LaidOut,
+}
+
+/// The densities along the rays of a pixel, and what they bring. One per thread, reused.
+#[derive(Debug)]
+pub struct InScatter {
+    /// For camera rays, and for the rays after one mirror, after two, and so on.
+    along: [Along; MOST_RAYS as usize],
     /// Points that each camera path draws: a whole number, or a probability.
     count: f32,
     /// What they do.
     mix: Mix,
     /// What the current path has found, and what it would have found by other mixes. Known where [`Mix::FULL`] is in use.
     pub alternatives: Alternatives,
-    /// What the points drawn on the current path's camera ray brought.
+    /// What the points drawn on the current path's rays brought.
     pub drawn: Rgb,
+    /// That, and what the path's own vertex of first scattering did and all that came after it.
+    pub scattered: Rgb,
     /// What media on its camera ray emit, whether it is scattered or not.
     pub glow: Rgb,
     /// What the points took, of all paths of the pixel so far.
@@ -62,12 +77,12 @@ pub struct InScatter {
 impl Default for InScatter {
     fn default() -> Self {
         Self {
-            density: RayDensity::default(),
-            laid_out: LaidOut::default(),
+            along: Default::default(),
             count: 0.0,
             mix: Mix::NULL,
             alternatives: Alternatives::default(),
             drawn: Rgb::BLACK,
+            scattered: Rgb::BLACK,
             glow: Rgb::BLACK,
             work: PointWork::default(),
             seeds: vec![],
@@ -78,15 +93,22 @@ impl Default for InScatter {
 impl InScatter {
     /// Forgets the knots: the next ray is another one.
     pub fn forget(&mut self) {
-        self.laid_out.reach = 0.0;
-        self.density.clear();
+        for Along { density, laid_out } in &mut self.along {
+            laid_out.reach = 0.0;
+            density.clear();
+        }
     }
 
     /// A new pixel begins, each of whose paths draws `count` points (a whole number, or a probability), of which `mix` says what they do. Its
     /// rays may share knots with the pixel before.
     pub fn begin_pixel(&mut self, count: f32, mix: Mix) {
         (self.count, self.mix, self.work) = (count, mix, PointWork::default());
-        self.laid_out.count = 0;
+        self.along.iter_mut().for_each(|along| along.laid_out.count = 0);
+    }
+
+    /// A new path begins.
+    pub(super) fn begin_path(&mut self) {
+        (self.alternatives, self.drawn, self.scattered) = (Alternatives::default(), Rgb::BLACK, Rgb::BLACK);
     }
 
     /// Whether the pixel's paths draw points.
@@ -95,30 +117,35 @@ impl InScatter {
         self.count > 0.0
     }
 
-    /// The pdf with which a point at `t` of the current camera ray is drawn, times the number of points that are.
+    /// The pdf with which a point at `t` of the path's ray number `ray` is drawn, times the number of points that are.
     #[inline]
-    pub fn expected(&self, t: f32) -> f32 {
-        self.count * self.density.pdf(t)
+    pub fn expected(&self, ray: u32, t: f32) -> f32 {
+        self.count * self.along[ray as usize - 1].density.pdf(t)
     }
 
     /// Shares a vertex of first scattering, whose `weight` is that of null tracking (relative to any density), with in-scatter sampling, which comes
-    /// there with density `drawn`. Returns what its weight counts in Russian roulette from then on.
-    pub(super) fn share(&self, weight: &mut PathWeight, drawn: f32) -> f32 {
-        if !(drawn > 0.0 && drawn.is_finite()) {
+    /// there with density `drawn`. The weights are those of a path that began its ray with `start`; returns by what the path's weight is to be scaled in
+    /// Russian roulette, relative to before.
+    pub(super) fn share(&self, weight: &mut PathWeight, drawn: Rgb, start: &PathWeight) -> f32 {
+        let mean = drawn.mean();
+        if !(mean > 0.0 && mean.is_finite()) {
             return 1.0;
         }
-        let (null, drawn) = (weight.unidirectional, Rgb::splat(drawn));
+        let null = weight.unidirectional;
         weight.light = if self.mix.null_lights { null + drawn } else { drawn };
         if !self.mix.goes_on {
             return 1.0;
         }
         weight.unidirectional = null + drawn;
-        let scale = weight.unidirectional.mean() / weight.throughput.max_channel();
+        // As if the path had come there with the weight that it had.
+        let relative = |weight: &PathWeight| weight.throughput.max_channel() / weight.unidirectional.mean();
+        let scale = relative(start) / relative(weight);
         if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
     }
 
     /// The path's own vertex of first scattering, after which `rest` came.
     pub(super) fn add_own(&mut self, vertex: &OwnVertex, rest: Rgb) {
+        self.scattered += vertex.light + rest;
         if self.mix == Mix::FULL {
             self.alternatives.add_own(vertex, rest);
         }
@@ -144,7 +171,7 @@ pub struct PointWork {
 }
 
 /// Null tracking's share of the density with which a vertex is found, `drawn` being that of points.
-pub(super) fn null_share(null: Rgb, drawn: f32) -> f64 {
+pub(super) fn null_share(null: Rgb, drawn: Rgb) -> f64 {
     let null = f64::from(null.mean());
-    null / (null + f64::from(drawn))
+    null / (null + f64::from(drawn.mean()))
 }

@@ -1,14 +1,14 @@
-//! Points drawn on a camera ray, and the light that is scattered there: what lights bring, and what paths do that go on from them.
+//! Points drawn on a ray from the camera, and the light that is scattered there: what lights bring, and what paths do that go on from them.
 //! Source: Li et al. 2024, section 4.2; **ours**: the paths.
 
 use std::borrow::Cow;
 
 use glam::Vec3;
 
-use super::alternatives::{Alternatives, Mix};
+use super::alternatives::Mix;
 use super::layout::lay_out;
 use super::seeds::seed;
-use super::{FIRST_INDEX, InScatter, null_share};
+use super::{InScatter, null_share, vertex_index};
 use crate::geometry::Ray;
 use crate::integrator::direct::{DirectLight, Vertex};
 use crate::integrator::flight::{MediumVertex, PathState, PathWeight, pass};
@@ -21,79 +21,96 @@ use crate::math::sampler::{Dimension, SamplePoint};
 use crate::medium::regions::Regions;
 use crate::medium::{MediumId, MediumPoint};
 
-/// The light that points drawn on the camera ray `ray` scatter back along it. `path` is as it leaves the camera.
+/// The light that points drawn on a path's ray scatter back along it.
 pub fn gather(
     world: &World,
     settings: &PathSettings,
-    ray: &Ray,
-    path: &PathState,
+    start: &RayStart,
     random: &SamplePoint,
     scratch: &mut Scratch,
 ) -> Rgb {
     if let LightChoice::Pilot = world.light_choice {
-        seed(world, ray, &path.regions, random, scratch);
+        seed(world, start, random, scratch);
         return Rgb::BLACK;
     }
-    (scratch.in_scatter.alternatives, scratch.in_scatter.drawn) = (Alternatives::default(), Rgb::BLACK);
-    if !aim(world, ray, path, scratch) {
+    if !aim(world, start, scratch) {
         return Rgb::BLACK;
     }
     let InScatter { count, mix, .. } = scratch.in_scatter;
-    let [u, u_count, u_medium] = random.draw::<3>(FIRST_INDEX, Dimension::InScatter);
+    let [u, u_count, u_medium] = random.draw::<3>(vertex_index(start.number, 0), Dimension::InScatter);
+    let along = start.number as usize - 1;
+    let mut sum = Rgb::BLACK;
     let draws = if count < 1.0 { u32::from(u_count < count) } else { count as u32 };
     for draw in 0..draws {
         let before = scratch.counters.work();
         let u = (f64::from(u) + f64::from(draw)) / f64::from(draws);
-        let Some((t, pdf)) = scratch.in_scatter.density.sample(u) else { break };
-        let point = Point { world, settings, ray, path, random, index: FIRST_INDEX * (1 + draw) };
+        let Some((t, pdf)) = scratch.in_scatter.along[along].density.sample(u) else { break };
+        let point = Point { world, settings, start, random, index: vertex_index(start.number, draw) };
         let reached = point.reach(t, pdf, u_medium, scratch);
         scratch.in_scatter.work.points += scratch.counters.work() - before;
         let Some((vertex, mut to_point)) = reached else { continue };
 
         let null = to_point.weight.unidirectional;
-        let roulette_scale = scratch.in_scatter.share(&mut to_point.weight, count);
+        let drawn = start.path.weight.unidirectional * count;
+        let scale = scratch.in_scatter.share(&mut to_point.weight, drawn, &start.path.weight);
         let before = scratch.counters.work();
         let mut found = [point.lights(&vertex, &to_point, scratch), Rgb::BLACK];
         scratch.in_scatter.work.points += scratch.counters.work() - before;
         if mix.goes_on {
             let before = scratch.counters.work();
-            found[1] = point.go_on(&vertex, to_point, roulette_scale, scratch);
+            found[1] = point.go_on(&vertex, to_point, start.roulette_scale * scale, scratch);
             scratch.in_scatter.work.paths += scratch.counters.work() - before;
         }
         if mix == Mix::FULL {
-            scratch.in_scatter.alternatives.add_drawn(null_share(null, count), found);
+            scratch.in_scatter.alternatives.add_drawn(null_share(null, drawn), found);
         }
-        scratch.in_scatter.drawn += found[0] + found[1];
+        sum += found[0] + found[1];
     }
-    // The path begins without a cache point in use.
+    scratch.in_scatter.drawn += sum;
+    scratch.in_scatter.scattered += sum;
+    // The path begins its ray without a cache point in use.
     world.light_choice.begin_path(&mut scratch.lights);
-    scratch.in_scatter.drawn
+    sum
 }
 
-/// Makes the density that along `ray`; false where there is none to go by.
-fn aim(world: &World, ray: &Ray, path: &PathState, scratch: &mut Scratch) -> bool {
+/// Makes the density that along the ray; false where there is none to go by.
+fn aim(world: &World, start: &RayStart, scratch: &mut Scratch) -> bool {
+    let (ray, along) = (start.ray, start.number as usize - 1);
     if let Some(lights) = &world.equi_angular {
-        scratch.in_scatter.density.aim_at_lights(ray, lights, world.extent);
+        scratch.in_scatter.along[along].density.aim_at_lights(ray, lights, world.extent);
         return true;
     }
     let Some(cache) = world.light_choice.cache_points() else { return false };
     let before = scratch.counters.work();
-    lay_out(world, cache, ray, &path.regions, scratch);
+    lay_out(world, cache, start, scratch);
     let laid_out = scratch.counters.work();
-    scratch.counters.beam_crossings += scratch.in_scatter.density.aim(ray, &world.lights, cache) as u64;
+    scratch.counters.beam_crossings += scratch.in_scatter.along[along].density.aim(ray, &world.lights, cache) as u64;
     let work = &mut scratch.in_scatter.work;
-    work.knots += laid_out - before;
+    // Knots of camera rays serve all of a pixel's samples.
+    *if start.number == 1 { &mut work.knots } else { &mut work.points } += laid_out - before;
     work.points += scratch.counters.work() - laid_out;
     true
 }
 
-/// A point on a camera ray.
+/// A path as it begins a ray that points are drawn on.
+pub struct RayStart<'a> {
+    /// The ray, up to the next surface.
+    pub ray: &'a Ray,
+    /// Its number: 1 for a camera ray.
+    pub number: u32,
+    /// The path.
+    pub path: &'a PathState,
+    /// Bounces so far.
+    pub depth: u32,
+    /// By what its weight is scaled in Russian roulette.
+    pub roulette_scale: f32,
+}
+
+/// A point on a ray.
 struct Point<'a> {
     world: &'a World,
     settings: &'a PathSettings,
-    ray: &'a Ray,
-    /// The path as it leaves the camera.
-    path: &'a PathState,
+    start: &'a RayStart<'a>,
     random: &'a SamplePoint,
     /// The vertex's number.
     index: u32,
@@ -103,10 +120,10 @@ impl Point<'_> {
     /// Ratio tracking up to `t`, which was drawn with `pdf`: the vertex there, and the path up to it, its weight that of null tracking relative to the
     /// density of having drawn this point and medium.
     fn reach(&self, t: f32, pdf: f32, u_medium: f32, scratch: &mut Scratch) -> Option<(MediumVertex, PathState)> {
-        let Self { world, ray, path, random, index, .. } = *self;
+        let Self { world, start: RayStart { ray, path, .. }, random, index, .. } = *self;
         let mut stream = random.stream(index, Dimension::Flight);
         let mut regions = Cow::Borrowed(&path.regions);
-        let (passed, t) = pass(world, &Ray { t_max: t, ..*ray }, &mut regions, &mut stream, scratch);
+        let (passed, t) = pass(world, &Ray { t_max: t, ..**ray }, &mut regions, &mut stream, scratch);
         if passed.value.is_black() {
             return None;
         }
@@ -114,8 +131,9 @@ impl Point<'_> {
         let (medium, share) = choose_medium(world, regions.media(), p, ray.time, u_medium)?;
         let MediumPoint { absorption, scattering, .. } = world.medium(medium).coefficients(p, ray.time).limited(p);
         let inverse = 1.0 / (pdf * share);
-        let null = passed.pass_probability * (absorption + scattering) * inverse;
-        let weight = PathWeight { throughput: passed.value * scattering * inverse, unidirectional: null, light: null };
+        let null = path.weight.unidirectional * passed.pass_probability * (absorption + scattering) * inverse;
+        let throughput = path.weight.throughput * passed.value * scattering * inverse;
+        let weight = PathWeight { throughput, unidirectional: null, light: null };
         let mut to_point = PathState { weight, regions: Regions::default(), hero: path.hero, links: None };
         to_point.regions.copy_from(&regions);
         scratch.counters.medium_vertices += 1;
@@ -124,23 +142,24 @@ impl Point<'_> {
 
     /// What lights bring at `vertex`.
     fn lights(&self, vertex: &MediumVertex, path: &PathState, scratch: &mut Scratch) -> Rgb {
-        let Self { world, settings, ray, random, index, .. } = *self;
-        let (vertex, wo) = (Vertex::Medium(vertex), -ray.direction);
-        let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path, depth: 1, random, index };
+        let Self { world, settings, start: RayStart { ray, depth, .. }, random, index, .. } = *self;
+        let (vertex, wo, depth) = (Vertex::Medium(vertex), -ray.direction, depth + 1);
+        let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path, depth, random, index };
         direct.gather::<true>(scratch)
     }
 
     /// What a path brings that goes on from `vertex`.
     fn go_on(&self, vertex: &MediumVertex, mut path: PathState, roulette_scale: f32, scratch: &mut Scratch) -> Rgb {
+        let RayStart { ray, depth, .. } = self.start;
         let [u0, u1] = self.random.draw::<2>(self.index, Dimension::Scatter);
-        let wo = -self.ray.direction;
+        let wo = -ray.direction;
         let wi = vertex.phase.sample(wo, [u0, u1]);
         path.weight.light = path.weight.light / vertex.phase.evaluate(wo, wi);
         path.links = Some(vertex.links);
         let start = Walk {
-            ray: Ray { origin: vertex.p, direction: wi, t_max: f32::INFINITY, ..*self.ray },
+            ray: Ray { origin: vertex.p, direction: wi, t_max: f32::INFINITY, ..**ray },
             path,
-            depth: 1,
+            depth: depth + 1,
             sampled_from: Some(vertex.p),
             roulette_scale,
             index: self.index + 1,
