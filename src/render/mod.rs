@@ -384,7 +384,7 @@ impl Pass<'_> {
             }
         }
         if MEDIA && scratch.in_scatter.is_on() {
-            evidence.add_to(mix, level);
+            mix.add(&evidence, level);
             mix.add_work(scratch.counters.work() - before, scratch.in_scatter.work);
         }
         samples
