@@ -24,6 +24,12 @@ fn write(path: &Path, wind: [f32; 3]) {
     writer.vec3_grid("v", Precision::Single, [0.0; 3], 0.5, [-0.75; 3]).expect("a grid");
     let leaves: Vec<[i32; 3]> = (0..64).map(|i| [i / 16 - 2, i / 4 % 4 - 2, i % 4 - 2].map(|c| 8 * c)).collect();
     writer.vec3_leaves(&leaves, &vec![wind; 512 * leaves.len()]).expect("voxels");
+    for (axis, name) in ["vel.x", "vel.y", "vel.z"].into_iter().enumerate() {
+        let mut corner = [-0.75; 3];
+        corner[axis] -= 0.25;
+        writer.fog_grid(name, Precision::Half, 0.0, 0.5, corner).expect("a grid");
+        writer.dense([-16; 3], [32; 3], 0.0, |_, _, _| wind[axis]).expect("voxels");
+    }
     writer.write(path, Compression::Zip).expect("written");
 }
 
@@ -55,6 +61,7 @@ fn a_moving_block_is_seen_as_long_as_it_is_there() {
     for (parameters, scale, written) in [
         ("\"string velocity\" \"v\"", 1.0, 0.0),
         ("\"string velocity\" \"v\" \"float velocityscale\" -0.5 \"float velocitytime\" 0.5", -0.5, 0.5),
+        ("\"string velocity\" [\"vel.x\" \"vel.y\" \"vel.z\"] \"float velocityscale\" -1", -1.0, 0.0),
     ] {
         write(&file, [3.0, 0.0, 0.0]);
         for x in [0.9, 2.0] {
@@ -101,6 +108,8 @@ fn what_cannot_move_a_medium_is_named() {
     for (parameters, word) in [
         ("\"string velocity\" \"w\"", "no grid \"w\""),
         ("\"string velocity\" \"density\"", "vectors"),
+        ("\"string velocity\" [\"density\" \"density\"]", "three of numbers"),
+        ("\"string velocity\" [\"density\" \"v\" \"density\"]", "a grid of numbers, where there are three,"),
         ("\"string velocity\" \"v\" \"float velocityscale\" 1e6", "too many"),
     ] {
         let world = format!(

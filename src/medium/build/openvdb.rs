@@ -13,7 +13,7 @@
 //! | float `temperaturereference` | a black body of this temperature has luminance 1 | 1500 |
 //! | float `emissionscale`, `emissionoffset` | as for density | 1, 0 |
 //! | bool `emissiondirect` | emission per unit length, not multiplied by μ_a | false |
-//! | string `velocity` | name of a grid of vectors by which all grids move | none |
+//! | string `velocity` | name of a grid of vectors by which all grids move, or names of three grids of its components | none |
 //! | float `velocityscale` | factor on it: units of the medium's space per unit of the scene's time | 1 |
 //! | float `velocitytime` | the time at which the grids are where they are | that of the transforms' first key |
 //! | float `g` | Henyey-Greenstein's mean cosine | 0 |
@@ -50,7 +50,9 @@ mod reading {
     use crate::medium::Medium;
     use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape, HOTTEST};
     use crate::medium::grid::field::{AnyGrid, Field, ScalarGrid};
+    use crate::medium::grid::map::IndexMap;
     use crate::medium::grid::motion::{FARTHEST, Motion};
+    use crate::medium::grid::velocity::VelocityField;
     use crate::medium::grid::{GridMedium, GridMediumParts, file};
     use crate::scene::{ParamSet, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
@@ -174,29 +176,55 @@ mod reading {
             self.take(parameter, number, adjust, warnings).map(Some)
         }
 
-        /// The motion that a velocity grid describes; `times` are those of the transforms' keys.
+        /// The place of the grid `name`, and the velocities that `of` finds in it.
+        fn moving<T>(&self, name: &str, of: fn(&VdbGrid) -> Option<T>, needed: &str) -> Result<(IndexMap, T)> {
+            let grid = &self.grids[self.find("velocity", name)?];
+            let refuse = |reason: String| wrong(self.params, "velocity", format!("grid \"{name}\" {reason}"));
+            if let Some(reason) = &grid.header.skipped {
+                return Err(refuse(format!("cannot be used: {reason}")));
+            }
+            let map = file::place(grid, self.render_from_medium)
+                .ok_or_else(|| refuse("has a transform that cannot be inverted".to_owned()))?;
+            let velocities =
+                of(grid).ok_or_else(|| refuse(format!("will not do: {needed} is needed")).help(self.list()))?;
+            Ok((map, velocities))
+        }
+
+        /// The motion that velocity grids describe; `times` are those of the transforms' keys.
         fn motion(&self, [start, end]: [f64; 2], warnings: &mut Warnings) -> Result<Option<Motion>> {
             let params = self.params;
             let scale = params.float("velocityscale", 1.0)?;
             let written = f64::from(params.float("velocitytime", start as f32)?);
-            let Some(name) = params.string("velocity")? else { return Ok(None) };
+            let names = params.strings("velocity")?;
+            if names.is_empty() {
+                return Ok(None);
+            }
             for (parameter, is_fine) in [("velocityscale", scale.is_finite()), ("velocitytime", written.is_finite())] {
                 if !is_fine {
                     return Err(wrong(params, parameter, "must be finite"));
                 }
             }
-            let grid = &self.grids[self.find("velocity", name)?];
-            if let Some(reason) = &grid.header.skipped {
-                return Err(wrong(params, "velocity", format!("grid \"{name}\" cannot be used: {reason}")));
-            }
-            let map = file::place(grid, self.render_from_medium).ok_or_else(|| {
-                wrong(params, "velocity", format!("the transform of grid \"{name}\" cannot be inverted"))
-            })?;
-            let grid = file::velocities(grid).ok_or_else(|| {
-                wrong(params, "velocity", "a grid of vectors is needed, not of numbers")
-                    .help(format!("three grids of numbers must be merged into one of vectors first; {}", self.list()))
-            })?;
-            report_bad(params, &format!("grid \"{name}\""), grid.bad_voxels(), self.strict, warnings)?;
+            let field = match names {
+                [name] => {
+                    let (map, grid) =
+                        self.moving(name, file::velocities, "a grid of vectors, or the names of three of numbers,")?;
+                    report_bad(params, &format!("grid \"{name}\""), grid.bad_voxels(), self.strict, warnings)?;
+                    VelocityField::Vectors(grid, map)
+                }
+                [x, y, z] => {
+                    let mut part = |name: &String| -> Result<_> {
+                        let (map, grid) =
+                            self.moving(name, file::component, "a grid of numbers, where there are three,")?;
+                        report_bad(params, &format!("grid \"{name}\""), grid.bad_voxels(), self.strict, warnings)?;
+                        Ok((grid, map))
+                    };
+                    VelocityField::Components(Box::new([part(x)?, part(y)?, part(z)?]))
+                }
+                _ => {
+                    let message = format!("one grid of vectors or three of numbers are needed, not {}", names.len());
+                    return Err(wrong(params, "velocity", message).help(self.list()));
+                }
+            };
             if !(end > start) || scale == 0.0 {
                 return Ok(None);
             }
@@ -204,8 +232,7 @@ mod reading {
             let linear =
                 self.render_from_medium.matrix3 * DMat3::from_diagonal(glam::DVec3::splat(f64::from(scale) * length));
             let motion = Motion {
-                grid,
-                map,
+                field,
                 render_from_velocity: linear.as_mat3(),
                 written_at: ((written - start) / length) as f32,
             };

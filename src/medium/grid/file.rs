@@ -79,7 +79,7 @@ mod reading {
     use crate::medium::grid::field::{AnyGrid, ScalarGrid};
     use crate::medium::grid::map::{Frustum, IndexMap};
     use crate::medium::grid::sparse::{SparseGrid, TileOf, Voxel};
-    use crate::medium::grid::velocity::{Velocity, VelocityGrid, centred};
+    use crate::medium::grid::velocity::{Component, ComponentGrid, Velocity, VelocityGrid, centred};
     use crate::system::memory::available;
 
     /// What the worker gets even where little memory is left: most of it is only reserved.
@@ -132,6 +132,16 @@ mod reading {
         let GridValues::Vec3(values) = &grid.values else { return None };
         let stored = sparse(grid, values.iter().copied().map(Velocity).collect(), Velocity);
         Some(if grid.header.class == GridClass::Staggered { Arc::new(centred(&stored)) } else { stored })
+    }
+
+    /// One component of velocities, as a grid of numbers holds it; `None` if it holds none.
+    pub fn component(grid: &VdbGrid) -> Option<ComponentGrid> {
+        let values = match &grid.values {
+            GridValues::F32(values) => values.iter().copied().map(Component).collect(),
+            GridValues::F16(values) => values.iter().map(|v| Component(v.to_f32())).collect(),
+            GridValues::Absent | GridValues::Vec3(_) => return None,
+        };
+        Some(sparse(grid, values, |c| Component(c[0])))
     }
 
     /// The grid's place, given its medium's; `None` if the file's map cannot be inverted.

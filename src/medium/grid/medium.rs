@@ -353,7 +353,7 @@ impl GridMedium {
             + any(&parts.absorption_colour)
             + any(&parts.scattering_colour)
             + parts.emission.as_ref().map_or(0, Emission::memory)
-            + parts.motion.as_ref().map_or(0, |motion| motion.grid.memory())
+            + parts.motion.as_ref().map_or(0, |motion| motion.field.memory())
             + self.majorants.memory()
             + self.gathering.as_ref().map_or(0, Majorants::memory)
             + self.energy.as_ref().map_or(0, |energy| energy.memory())

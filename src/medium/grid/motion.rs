@@ -9,15 +9,13 @@ use glam::{DAffine3, DMat3, IVec3, Mat3, Vec3};
 use super::bounds::Lattice;
 use super::majorants::{Majorants, MajorantsBuilder};
 use super::map::IndexMap;
-use super::velocity::VelocityGrid;
+use super::velocity::VelocityField;
 
 /// How the grids of a medium move.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// Velocities, and their place.
-    pub grid: VelocityGrid,
-    /// Its place.
-    pub map: IndexMap,
+    /// Velocities.
+    pub field: VelocityField,
     /// Velocity to displacement in render space over a normalised time of 1.
     pub render_from_velocity: Mat3,
     /// The normalised time t₀.
@@ -34,14 +32,12 @@ impl Motion {
     /// Where what is at `p` at the normalised time `time` was at t₀; render space.
     #[inline]
     pub fn back(&self, p: Vec3, time: f32) -> Vec3 {
-        let Some(index) = self.map.to_index(p) else { return p };
-        let velocity = self.grid.sample(index);
-        p - self.render_from_velocity * velocity * (time - self.written_at)
+        p - self.render_from_velocity * self.field.at(p) * (time - self.written_at)
     }
 
     /// How many voxels of a grid with this place anything moves by at most, near the grid's origin if it is a frustum.
     pub fn farthest(&self, map: &IndexMap) -> f64 {
-        self.voxels(map.local_from_render()) * f64::from(self.grid.largest())
+        self.voxels(map.local_from_render()) * f64::from(self.field.largest())
     }
 
     /// How many voxels a velocity of 1 moves by at most.
@@ -59,8 +55,8 @@ impl Motion {
     pub(super) fn moved(&self, lattice: &Lattice, bounds: &Majorants) -> Majorants {
         let most = self.voxels(&lattice.cells_from_render);
         let distance = |speed: f32| (most * f64::from(speed) * (1.0 + 1e-6)) as f32;
-        let mut builder = MajorantsBuilder::new(distance(self.grid.background().length()));
-        lattice.add(&mut builder, (&self.grid, &self.map), distance);
+        let mut builder = MajorantsBuilder::new(distance(self.field.background()));
+        self.field.add(lattice, &mut builder, distance);
         dilated(bounds, &builder.build())
     }
 }
