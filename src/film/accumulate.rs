@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 
 use super::settings::Sensor;
 use crate::math::Rgb;
+use crate::system::fault::{self, Fault};
 
 /// What one sample of one pixel brings, before the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,6 +54,9 @@ impl Moments {
         let before = value - self.mean;
         self.mean += before / self.count as f64;
         self.squares += before * (value - self.mean);
+        if fault::is(Fault::SinglePrecisionSums) {
+            (self.mean, self.squares) = (self.mean.as_vec3().as_dvec3(), self.squares.as_vec3().as_dvec3());
+        }
     }
 
     /// Joins the samples of `other`.

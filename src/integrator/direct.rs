@@ -24,6 +24,7 @@ use crate::math::sampler::{Dimension, SamplePoint};
 use crate::medium::MediumId;
 use crate::medium::regions::Regions;
 use crate::medium::tracker::Transmittance;
+use crate::system::fault::{self, Fault};
 
 /// A vertex that light is gathered at.
 pub enum Vertex<'a> {
@@ -74,8 +75,10 @@ impl Vertex<'_> {
     fn scatter(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         match self {
             Self::Surface { point, bsdf } => {
-                let f = bsdf.evaluate(wo, wi) * wi.dot(point.ns).abs();
-                (f, if f.is_black() { 0.0 } else { bsdf.pdf(wo, wi) })
+                let cosine = if fault::is(Fault::DroppedCosine) { 1.0 } else { wi.dot(point.ns).abs() };
+                let f = bsdf.evaluate(wo, wi) * cosine;
+                let wrong = if fault::is(Fault::HalfBsdfPdf) { 0.5 } else { 1.0 };
+                (f, if f.is_black() { 0.0 } else { wrong * bsdf.pdf(wo, wi) })
             }
             Self::Medium(vertex) => {
                 let p = vertex.phase.evaluate(wo, wi);
@@ -88,6 +91,7 @@ impl Vertex<'_> {
     #[inline]
     pub fn ray_origin(&self, wi: Vec3) -> Vec3 {
         match self {
+            Self::Surface { point, .. } if fault::is(Fault::NoOffset) => point.p,
             Self::Surface { point, .. } => offset_ray_origin(point.p, point.p_error, point.ng, wi),
             Self::Medium(vertex) => vertex.p,
         }
@@ -266,7 +270,11 @@ impl DirectLight<'_> {
         } else {
             light_pdf + weight.unidirectional * passed.pass_probability * *scatter_pdf
         };
-        weight.throughput * *f * passed.value * sample.radiance / pdf.mean()
+        let found = weight.throughput * *f * passed.value * sample.radiance;
+        if fault::is(Fault::NotANumber) && found.is_black() {
+            return found / found.mean();
+        }
+        found / pdf.mean()
     }
 
     /// What arrives from a medium that emits, gathered along the candidate's direction up to the first surface. Each point of the line could as

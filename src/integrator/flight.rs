@@ -23,6 +23,7 @@ use crate::medium::emission_points::{EmissionPoints, PointWalks};
 use crate::medium::regions::Regions;
 use crate::medium::tracker::{Flights, Tracker, Transmittance};
 use crate::medium::{MediumId, MediumPoint};
+use crate::system::fault::{self, Fault};
 
 /// The weight of a path and the pdfs, relative to the hero's pdf of the path.
 #[derive(Clone, Copy, Debug)]
@@ -213,7 +214,10 @@ fn sample_stretch(
                 passed,
             });
         }
-        let null = Rgb::WHITE - real;
+        let mut null = Rgb::WHITE - real;
+        if fault::is(Fault::ColourlessNull) {
+            null = Rgb::splat(null[hero]);
+        }
         let inverse = 1.0 / null[hero];
         weight.throughput *= null * inverse;
         weight.unidirectional *= null * inverse;

@@ -21,6 +21,7 @@ use crate::material::MaterialId;
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
 use crate::medium::regions::Regions;
+use crate::system::fault::{self, Fault};
 
 /// The most bounces of any path, whatever [`PathSettings::max_depth`] says. In a white medium (albedo exactly 1) Russian roulette ends no path, and one
 /// as dense as [`crate::medium::resolution`] lets it be keeps some for 10⁹ vertices. Of the paths that enter a white half-space, H(μ) / √(πn) are still in it after
@@ -349,7 +350,8 @@ fn mis_weight(
     if path.links.is_some_and(|links| !world.lights.is_linked(links, light)) {
         Rgb::BLACK
     } else if sampled_from.is_some() {
-        path.weight.with_light(world.light_choice.pmf(&world.lights, light, &scratch.lights) * pdf())
+        let pmf = world.light_choice.pmf(&world.lights, light, &scratch.lights);
+        path.weight.with_light(if fault::is(Fault::CertainLight) { 1.0 } else { pmf } * pdf())
     } else {
         path.weight.alone()
     }
@@ -366,6 +368,6 @@ fn survives(weight: &mut PathWeight, roulette_scale: f32, depth: u32, u: f32) ->
     if u >= continuation {
         return false;
     }
-    weight.throughput *= 1.0 / continuation;
+    weight.throughput *= if fault::is(Fault::FreeRoulette) { 1.0 } else { 1.0 / continuation };
     true
 }

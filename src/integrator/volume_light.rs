@@ -22,6 +22,7 @@ use crate::medium::MediumId;
 use crate::medium::emission_points::{EmissionPoints, PointWalks};
 use crate::medium::regions::Regions;
 use crate::medium::tracker::{Flights, Tracker, Transmittance};
+use crate::system::fault::{self, Fault};
 
 /// Gathers the emission of `medium` along `ray` up to the first surface: `add` receives, at each point where it is gathered, what
 /// passes from there to the ray's origin, and μ_a L_e over the density of points.
@@ -143,7 +144,9 @@ impl<'a> FlightPdfs<'a> {
     #[inline]
     pub fn weight(&mut self, weight: &PathWeight, medium: Option<MediumId>, scratch: &LightScratch) -> Rgb {
         match (self.from, medium) {
-            (Some(from), Some(medium)) => weight.with_light(self.pdf(from, medium, scratch)),
+            (Some(from), Some(medium)) if !fault::is(Fault::FireTwice) => {
+                weight.with_light(self.pdf(from, medium, scratch))
+            }
             _ => weight.alone(),
         }
     }

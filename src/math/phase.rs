@@ -7,6 +7,7 @@
 use glam::Vec3;
 
 use crate::math::Frame;
+use crate::system::fault::{self, Fault};
 
 /// Henyey–Greenstein with mean cosine g in (−1, 1); g > 0 scatters forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +27,7 @@ impl HenyeyGreenstein {
     /// p(ω_o, ω_i) per steradian; also the pdf of [`HenyeyGreenstein::sample`].
     #[inline]
     pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let g = self.g;
+        let g = if fault::is(Fault::MirroredPhase) { -self.g } else { self.g };
         // (1 − g)² + 2g(1 + cos θ) = (1 − g)² + g |ω_o + ω_i|², and its mirror image for g < 0.
         let denominator = if g >= 0.0 {
             (1.0 - g) * (1.0 - g) + g * (wo + wi).length_squared()

@@ -18,6 +18,7 @@
 use glam::Vec3;
 
 use super::MediumPoint;
+use crate::system::fault::{self, Fault};
 
 /// Mean free paths are at least this many times ε |p|. Vertices keep off boundaries by 4 of these, a thirty-second of a mean free path, which
 /// takes about 0.3 % off what a half-space of albedo 0.5 reflects, and 0.1 % at 0.9. The loss grows with the square of that distance.
@@ -32,7 +33,7 @@ pub fn limit(extinction: f32, p: Vec3) -> f32 {
 /// The largest extinction at this distance from the camera; infinite at the camera.
 #[inline]
 pub fn largest(distance: f32) -> f32 {
-    1.0 / (LEAST_PATH * f32::EPSILON * distance)
+    if fault::is(Fault::NoDensityLimit) { f32::INFINITY } else { 1.0 / (LEAST_PATH * f32::EPSILON * distance) }
 }
 
 impl MediumPoint {

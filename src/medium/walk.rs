@@ -2,6 +2,7 @@
 //! μ̄ (Woodcock et al. 1965), points that gather emission at even ones of a rate of their own.
 
 use super::MajorantIter;
+use crate::system::fault::{self, Fault};
 
 /// A place on a ray, and how to go on from there.
 pub(crate) struct Walk<'m> {
@@ -53,7 +54,7 @@ impl<'m> Walk<'m> {
             let Some(segment) = self.segments.next() else { return false };
             self.t = self.t_end;
             self.t_end = f64::from(segment.t_end);
-            self.rate = segment.majorant;
+            self.rate = if fault::is(Fault::LowMajorant) { 0.75 * segment.majorant } else { segment.majorant };
         }
     }
 

@@ -30,6 +30,7 @@ use glam::Vec3;
 
 use super::flight::PathWeight;
 use crate::math::Rgb;
+use crate::system::fault::{self, Fault};
 use alternatives::{Alternatives, Mix, OwnVertex};
 use density::RayDensity;
 use layout::LaidOut;
@@ -132,7 +133,7 @@ impl InScatter {
             return 1.0;
         }
         let null = weight.unidirectional;
-        weight.light = if self.mix.null_lights { null + drawn } else { drawn };
+        weight.light = if self.mix.null_lights && !fault::is(Fault::PointsAlone) { null + drawn } else { drawn };
         if !self.mix.goes_on {
             return 1.0;
         }
