@@ -23,6 +23,7 @@ pub struct Arguments {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
+#[allow(clippy::large_enum_variant)] // there is one of it in a process
 pub enum Command {
     /// Render a pbrt-v4 scene to OpenEXR.
     Render(RenderArguments),
@@ -32,6 +33,8 @@ pub enum Command {
     Compare(CompareArguments),
     /// Write one of the project's own scenes to a folder.
     Scene(SceneArguments),
+    /// Check that extreme scenes come out right, case by case.
+    Stability(StabilityArguments),
 }
 
 /// `lanternfish render`.
@@ -172,6 +175,26 @@ pub struct SceneArguments {
     /// A .vdb file to show in place of the scene's volume; it is copied to the folder and fitted to the volume's place.
     #[arg(long, value_name = "FILE.vdb")]
     pub vdb: Option<PathBuf>,
+}
+
+/// `lanternfish stability`.
+#[derive(Args, Debug)]
+pub struct StabilityArguments {
+    /// Run this case, or all of this group (the part before the dot); may be given several times [default: all].
+    #[arg(long, value_name = "NAME")]
+    pub case: Vec<String>,
+    /// List the cases and what each checks, and run nothing.
+    #[arg(long)]
+    pub list: bool,
+    /// The folder for stability.html, .json and .csv, and for the scenes of cases that fail; made if it is not there.
+    #[arg(long, value_name = "DIR", required_unless_present = "list")]
+    pub out: Option<PathBuf>,
+    /// Threads [default: one per processor].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Time for a case: one that is not done by then fails [default: 120].
+    #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
+    pub time_limit: Option<f64>,
 }
 
 impl RenderArguments {

@@ -174,6 +174,11 @@ impl Film {
         &mut self.tiles
     }
 
+    /// The tiles, to look at.
+    pub fn tiles(&self) -> &[FilmTile] {
+        &self.tiles
+    }
+
     /// Samples taken so far, over all pixels, without the rejected ones.
     pub fn sample_count(&self) -> u64 {
         self.tiles.iter().flat_map(|t| &t.beauty).map(|m| m.count).sum()
