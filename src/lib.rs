@@ -1,6 +1,6 @@
 //! Lanternfish: a CPU production renderer for scenes with very many lights and OpenVDB volumes.
 //!
-//! Rooms, from the top; each uses only those below it: [`cli`], [`report`], [`render`], [`integrator`], [`light`],
+//! Rooms, from the top; each uses only those below it: [`cli`], [`report`], [`stability`], [`render`], [`integrator`], [`light`],
 //! [`medium`], [`material`], [`geometry`], [`gallery`], [`film`], [`scene`], [`math`], [`system`].
 
 #![forbid(unsafe_code)]
@@ -19,4 +19,5 @@ pub mod medium;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod stability;
 pub mod system;

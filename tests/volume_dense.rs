@@ -9,28 +9,10 @@ mod program;
 use common::media::{DOME, FOREVER, check, grey, grid, homogeneous, list, tent};
 use common::{CUBE, Options, Shot, assert_mean, boundary, integrate};
 use lanternfish::render::{LightSelection, VolumeLights};
+use lanternfish::stability::reference::half_space;
 
 fn options(spp: u32) -> Options {
     Options { spp, ..Options::default() }
-}
-
-/// What a half-space that scatters isotropically, with this albedo, reflects towards its normal under a sky of radiance 1:
-/// 1 − √(1 − ϖ) H(1), H being Chandrasekhar's function (Radiative Transfer, 1960, sections 38 and 39), iterated on Gauss's points.
-fn half_space(albedo: f64) -> f64 {
-    const N: usize = 64;
-    // Midpoints of squares, which crowd towards 0, where H is steep.
-    let points: Vec<(f64, f64)> =
-        (0..N).map(|i| (i as f64 + 0.5) / N as f64).map(|u| (u * u, 2.0 * u / N as f64)).collect();
-    let root = (1.0 - albedo).sqrt();
-    let next = |mu: f64, h: &[f64]| {
-        let sum: f64 = points.iter().zip(h).map(|(&(x, w), h)| w * x * h / (mu + x)).sum();
-        1.0 / (root + 0.5 * albedo * sum)
-    };
-    let mut h = vec![1.0; N];
-    for _ in 0..200 {
-        h = points.iter().map(|&(mu, _)| next(mu, &h)).collect();
-    }
-    1.0 - root * next(1.0, &h)
 }
 
 /// A box that has this albedo and extinction, seen at the middle of its face, looks like the half-space.
@@ -52,9 +34,7 @@ fn reflects(albedo: f64, sigma: f64) {
 /// Deep within the box there is no light, however dense it is: the box looks like a half-space.
 #[test]
 fn dense_media_look_like_half_spaces() {
-    // Chandrasekhar's table XI: H(1) is 1.2513 and 1.8501 at 0.5 and 0.9.
-    for (albedo, h) in [(0.5f64, 1.2513), (0.9, 1.8501)] {
-        assert!((half_space(albedo) - (1.0 - (1.0 - albedo).sqrt() * h)).abs() < 1e-4, "{}", half_space(albedo));
+    for albedo in [0.5, 0.9] {
         for sigma in [1e2, 1e4] {
             reflects(albedo, sigma);
         }

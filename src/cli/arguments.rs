@@ -8,7 +8,7 @@ use clap::{ArgGroup, Args, Parser, Subcommand};
 use crate::cache_points::gather::Gathering;
 use crate::cache_points::learn::VisibilityRule;
 use crate::cache_points::{CacheSettings, DEFAULT_ENTRIES};
-use crate::film::FilmOverrides;
+use crate::film::{FilmOverrides, RejectedSample};
 use crate::geometry::Backend;
 use crate::render::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights, VolumeSampling};
 
@@ -23,6 +23,7 @@ pub struct Arguments {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
+#[allow(clippy::large_enum_variant)] // there is one of it in a process
 pub enum Command {
     /// Render a pbrt-v4 scene to OpenEXR.
     Render(RenderArguments),
@@ -32,6 +33,8 @@ pub enum Command {
     Compare(CompareArguments),
     /// Write one of the project's own scenes to a folder.
     Scene(SceneArguments),
+    /// Check that extreme scenes come out right, case by case.
+    Stability(StabilityArguments),
 }
 
 /// `lanternfish render`.
@@ -113,6 +116,14 @@ pub struct RenderArguments {
     /// The part of the image to render, as fractions of its width and height.
     #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = crop)]
     pub crop: Option<[f32; 4]>,
+    /// Render this one sample of a render with these options again and print what happens along its path; no image is written. Samples
+    /// count from 0.
+    #[arg(long, value_name = "X,Y,SAMPLE", value_parser = replayed)]
+    pub replay: Option<RejectedSample>,
+    /// Samples a pixel of each pass of the render that the replayed sample is of [default: 1,1,2,4,8,…]. A render that is given a time is
+    /// divided by how long its passes take.
+    #[arg(long, value_name = "N,N,…", value_delimiter = ',', requires = "replay", value_parser = clap::value_parser!(u32).range(1..))]
+    pub passes: Vec<u32>,
     /// Write statistics as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
@@ -164,6 +175,26 @@ pub struct SceneArguments {
     /// A .vdb file to show in place of the scene's volume; it is copied to the folder and fitted to the volume's place.
     #[arg(long, value_name = "FILE.vdb")]
     pub vdb: Option<PathBuf>,
+}
+
+/// `lanternfish stability`.
+#[derive(Args, Debug)]
+pub struct StabilityArguments {
+    /// Run this case, or all of this group (the part before the dot); may be given several times [default: all].
+    #[arg(long, value_name = "NAME")]
+    pub case: Vec<String>,
+    /// List the cases and what each checks, and run nothing.
+    #[arg(long)]
+    pub list: bool,
+    /// The folder for stability.html, .json and .csv, and for the scenes of cases that fail; made if it is not there.
+    #[arg(long, value_name = "DIR", required_unless_present = "list")]
+    pub out: Option<PathBuf>,
+    /// Threads [default: one per processor].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Time for a case: one that is not done by then fails [default: 120].
+    #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
+    pub time_limit: Option<f64>,
 }
 
 impl RenderArguments {
@@ -221,6 +252,14 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
     let parse = |part: &str| part.parse().ok().filter(|n| (1..=0x00ff_ffff).contains(n));
     let parts = text.split_once(['x', 'X']).and_then(|(w, h)| Some([parse(w)?, parse(h)?]));
     parts.ok_or_else(|| "expected width x height in pixels, such as 640x360".to_owned())
+}
+
+fn replayed(text: &str) -> Result<RejectedSample, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, sample]) => Ok(RejectedSample { pixel: [x, y], sample }),
+        _ => Err("expected a pixel and the number of its sample: X,Y,SAMPLE".to_owned()),
+    }
 }
 
 fn crop(text: &str) -> Result<[f32; 4], String> {

@@ -8,6 +8,7 @@ pub mod interrupt;
 pub mod progress;
 pub mod render_command;
 pub mod scene_command;
+pub mod stability_command;
 #[cfg(test)]
 mod tests;
 pub mod vdb;
@@ -23,6 +24,7 @@ pub fn run(arguments: &Arguments) -> ExitStatus {
         Command::Info(arguments) => info_command::run(arguments),
         Command::Compare(arguments) => images::run_compare(arguments),
         Command::Scene(arguments) => scene_command::run(arguments),
+        Command::Stability(arguments) => stability_command::run(arguments),
     }
 }
 

@@ -10,12 +10,13 @@ use super::interrupt::Interrupts;
 use super::{ExitStatus, progress};
 use crate::film::exr::write_exr;
 use crate::film::image::write_png;
+use crate::film::{Film, RejectedSample};
 use crate::geometry::trace::TraceError;
 use crate::integrator::Counters;
 use crate::integrator::path::MOST_BOUNCES;
 use crate::medium::regions::MAX_OVERLAP;
 use crate::render::stats::{Statistics, process_usage};
-use crate::render::{Job, Outcome, PngOutput, RenderError, RenderSettings, load};
+use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, load};
 use crate::report::cache_points::{write_picture, write_ply};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
 use crate::system::output::{OutputError, check_writable, is_device, write_atomically};
@@ -24,6 +25,10 @@ use crate::system::output::{OutputError, check_writable, is_device, write_atomic
 pub fn run(arguments: &RenderArguments) -> ExitStatus {
     let settings = arguments.settings();
     let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
+    if let Some(sample) = arguments.replay {
+        let replayed = replay(&arguments.scene, &settings, sample, &arguments.passes, &mut sources, &mut warnings);
+        return report_end(replayed, &sources);
+    }
     let result = render(&arguments.scene, &settings, &mut sources, &mut warnings);
     report_end(result, &sources)
 }
@@ -41,7 +46,9 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
             match error {
                 RenderError::Trace(TraceError::Missing(_))
                 | RenderError::Overlap { .. }
+                | RenderError::Replay(ReplayError::Pixel(..) | ReplayError::Sample(..))
                 | RenderError::Ending { .. } => ExitStatus::Usage,
+                RenderError::Replay(ReplayError::Interrupted) => ExitStatus::Interrupted,
                 RenderError::Trace(TraceError::Memory(_)) | RenderError::Threads(_) => ExitStatus::Limit,
                 RenderError::Trace(TraceError::Geometry(_)) => ExitStatus::BadInput,
                 _ => ExitStatus::Failed,
@@ -108,6 +115,12 @@ fn render(
     }
 
     let written = Instant::now();
+    let replay = outcome.film.rejected().1.map(|first| {
+        let is_timed = matches!(settings.budget, Budget::Time(_));
+        let passes = is_timed.then(|| outcome.iterations.iter().map(|iteration| iteration.samples));
+        replay_command(std::env::args_os().map(lossy), first, passes.into_iter().flatten())
+    });
+    let told = after_the_fact(&outcome, replay.as_deref());
     let mut statistics = Statistics {
         command: command_line(),
         version: env!("CARGO_PKG_VERSION"),
@@ -120,6 +133,7 @@ fn render(
         error: outcome.film.error_estimate(),
         non_finite_samples: outcome.film.rejected().0,
         first_non_finite_sample: outcome.film.rejected().1,
+        replay,
         seconds: job.timings,
         cpu_seconds: 0.0,
         cpu_seconds_rendering,
@@ -128,7 +142,7 @@ fn render(
         iterations: outcome.iterations.clone(),
         cache_points: job.world.light_choice.cache_points().map(|cache| cache.statistics().clone()),
         plan: job.plan.clone(),
-        warnings: [warning_lines(warnings, sources), after_the_fact(&outcome)].concat(),
+        warnings: [warning_lines(warnings, sources), told.clone()].concat(),
     };
     (statistics.cpu_seconds, statistics.peak_memory) = process_usage();
     write_images(&output, settings, &job, &outcome, &statistics)?;
@@ -139,12 +153,44 @@ fn render(
         write_json(path, &statistics)?;
     }
     if !settings.quiet {
-        for warning in after_the_fact(&outcome) {
+        for warning in told {
             say(warning);
         }
         summarise(&output, &statistics, &outcome);
     }
     Ok(if outcome.interrupted { ExitStatus::Interrupted } else { ExitStatus::Done })
+}
+
+/// Renders one sample again and prints how it comes about.
+fn replay(
+    path: &Path,
+    settings: &RenderSettings,
+    sample: RejectedSample,
+    passes: &[u32],
+    sources: &mut Sources,
+    warnings: &mut Warnings,
+) -> Result<ExitStatus, RenderError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads.unwrap_or(0)).build()?;
+    let interrupts = Interrupts::listen();
+    let replayed = pool.install(|| {
+        let prepared = load(path, sources, warnings)
+            .and_then(|(scene, timings)| Job::prepare(&scene, settings, timings, warnings));
+        if !settings.quiet {
+            print_warnings(warnings, sources);
+        }
+        let mut job = prepared?;
+        let limit = match settings.budget {
+            Budget::Scene => Some(job.scene_spp),
+            Budget::Samples(spp) => Some(spp),
+            Budget::Time(_) | Budget::Error(_) => None,
+        };
+        let seed = settings.seed.unwrap_or(job.scene_seed);
+        let listener = progress::listener(settings.quiet);
+        interrupts.rendering_begins();
+        Ok::<_, RenderError>(job.replay(seed, sample, passes, limit, &interrupts.stop, listener.as_ref())?)
+    })?;
+    let _ = write!(std::io::stdout(), "{replayed}");
+    Ok(ExitStatus::Done)
 }
 
 /// The times as JSON, without that of writing the file they go into.
@@ -201,6 +247,9 @@ fn write_images(
     attribute("lanternfish.backend", statistics.backend.clone());
     attribute("lanternfish.plan", job.plan.summary());
     attribute("lanternfish.seconds", seconds_so_far(&statistics.seconds));
+    if let Some(fault) = of_rejected(&outcome.film, statistics.replay.as_deref()) {
+        attribute("lanternfish.nonFinite", fault);
+    }
     if outcome.interrupted {
         attribute("lanternfish.interrupted", "the render was stopped; pixels differ in their sample counts".to_owned());
     }
@@ -259,14 +308,9 @@ fn summarise(output: &Path, statistics: &Statistics, outcome: &Outcome) {
 }
 
 /// What only rendering could tell to be wrong.
-fn after_the_fact(outcome: &Outcome) -> Vec<String> {
+fn after_the_fact(outcome: &Outcome, replay: Option<&str>) -> Vec<String> {
     let mut warnings = vec![];
-    if let (count, Some(first)) = outcome.film.rejected() {
-        warnings.push(format!(
-            "warning: {count} samples were NaN or infinite and left out, first at pixel {},{} sample {}",
-            first.pixel[0], first.pixel[1], first.sample
-        ));
-    }
+    warnings.extend(of_rejected(&outcome.film, replay).map(|fault| format!("warning: {fault}")));
     let cut = outcome.counters.cut_paths;
     if cut > 0 {
         let share = 100.0 * cut as f64 / outcome.counters.paths as f64;
@@ -283,10 +327,55 @@ fn after_the_fact(outcome: &Outcome) -> Vec<String> {
     warnings
 }
 
+/// What a film has to say of samples that were left out, if there are any.
+fn of_rejected(film: &Film, replay: Option<&str>) -> Option<String> {
+    let (count, first) = film.rejected();
+    let RejectedSample { pixel: [x, y], sample } = first?;
+    let mut text = if count == 1 {
+        format!("1 sample was NaN or infinite and left out: pixel {x},{y} sample {sample}")
+    } else {
+        format!("{count} samples were NaN or infinite and left out, first at pixel {x},{y} sample {sample}")
+    };
+    if let Some(replay) = replay {
+        text += &format!("; this replays it: {replay}");
+    }
+    Some(text)
+}
+
+/// The command that replays a sample of the render that `arguments` (the program's name included) asked for. `passes` are told where
+/// they do not follow from the samples a pixel.
+fn replay_command(
+    mut arguments: impl Iterator<Item = String>,
+    RejectedSample { pixel: [x, y], sample }: RejectedSample,
+    passes: impl Iterator<Item = u32>,
+) -> String {
+    // The program and the word `render`. Before all other arguments there is no place where an option would be taken for something else.
+    let mut words: Vec<String> = arguments.by_ref().take(2).collect();
+    words.extend(["--replay".to_owned(), format!("{x},{y},{sample}")]);
+    let passes: Vec<String> = passes.map(|pass| pass.to_string()).collect();
+    if !passes.is_empty() {
+        words.extend(["--passes".to_owned(), passes.join(",")]);
+    }
+    in_words(words.into_iter().chain(arguments))
+}
+
+fn lossy(argument: std::ffi::OsString) -> String {
+    argument.to_string_lossy().into_owned()
+}
+
+/// Arguments as one would type them into a shell.
+fn in_words(arguments: impl Iterator<Item = String>) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%^".contains(c);
+    let quote = |argument: String| {
+        let needs = argument.is_empty() || !argument.chars().all(is_plain);
+        if needs { format!("'{}'", argument.replace('\'', "'\\''")) } else { argument }
+    };
+    arguments.map(quote).collect::<Vec<_>>().join(" ")
+}
+
 /// The command line, for headers and statistics.
 pub fn command_line() -> String {
-    let quote = |argument: String| if argument.contains(' ') { format!("'{argument}'") } else { argument };
-    std::env::args_os().map(|argument| quote(argument.to_string_lossy().into_owned())).collect::<Vec<_>>().join(" ")
+    in_words(std::env::args_os().map(lossy))
 }
 
 /// An error for something that is not a scene file but should be readable.
@@ -295,4 +384,49 @@ pub fn unreadable(path: &Path, reason: impl Into<String>) -> RenderError {
         path: path.to_owned(),
         reason: reason.into(),
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::tests::film_settings;
+    use crate::film::{FilmOverrides, PixelSamples, SampleResult, Sensor};
+    use crate::math::Rgb;
+
+    /// A sample that is not finite, in whichever of its values, is counted, located, and told with the command that replays it.
+    #[test]
+    fn samples_left_out_are_told_with_the_command_that_replays_them() {
+        let overrides = FilmOverrides { resolution: Some([40, 20]), crop: None };
+        let mut film = Film::new(film_settings(vec![], &overrides), true);
+        assert_eq!(of_rejected(&film, None), None);
+        let mut samples = PixelSamples::new(Sensor::default());
+        samples.add(8, &SampleResult::default());
+        samples.add(9, &SampleResult { albedo: Rgb::splat(f32::NAN), ..SampleResult::default() });
+        film.tiles_mut()[2].merge([35, 7], &samples);
+        let (count, first) = film.rejected();
+        let first = first.expect("one was left out");
+        assert_eq!((count, first.pixel, first.sample), (1, [35, 7], 9));
+        let words = ["lanternfish", "render", "my scene.pbrt", "--seed", "7", "--png"].map(str::to_owned);
+        let command = replay_command(words.clone().into_iter(), first, [].into_iter());
+        assert_eq!(command, "lanternfish render --replay 35,7,9 'my scene.pbrt' --seed 7 --png");
+        let text = of_rejected(&film, Some(&command)).expect("told");
+        assert!(text.starts_with("1 sample was NaN or infinite and left out: pixel 35,7 sample 9"), "{text}");
+        assert!(text.ends_with(&command), "{text}");
+        let timed = replay_command(words.into_iter(), first, [1, 1, 2, 4, 3].into_iter());
+        assert!(timed.contains(" --replay 35,7,9 --passes 1,1,2,4,3 'my"), "{timed}");
+        // Another tile has one that comes earlier.
+        let mut samples = PixelSamples::new(Sensor::default());
+        samples.add(3, &SampleResult { beauty: Rgb::splat(f32::INFINITY), ..SampleResult::default() });
+        film.tiles_mut()[5].merge([33, 17], &samples);
+        let text = of_rejected(&film, None).expect("told");
+        assert_eq!(text, "2 samples were NaN or infinite and left out, first at pixel 33,17 sample 3");
+    }
+
+    #[test]
+    fn quoted_words_reach_the_program_as_they_were() {
+        let words = ["a b", "it's", "", "$HOME", "*.pbrt", "plain-1.0,x=y", "a;b", "µ"].map(str::to_owned);
+        let line = format!("for i in {}; do printf '%s|' \"$i\"; done", in_words(words.clone().into_iter()));
+        let out = std::process::Command::new("sh").args(["-c", &line]).output().expect("a shell");
+        assert_eq!(String::from_utf8(out.stdout).expect("text"), words.join("|") + "|");
+    }
 }

@@ -29,7 +29,8 @@ pub struct SampleResult {
 }
 
 impl SampleResult {
-    fn is_finite(&self) -> bool {
+    /// Whether all of it is, but for the depth, which may be infinite.
+    pub fn is_finite(&self) -> bool {
         let parts = [self.beauty, self.direct, self.indirect, self.emission, self.volume, self.albedo];
         parts.iter().all(|c| c.is_finite()) && self.normal.is_finite() && !self.depth.is_nan()
     }

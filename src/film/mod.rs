@@ -174,14 +174,21 @@ impl Film {
         &mut self.tiles
     }
 
+    /// The tiles, to look at.
+    pub fn tiles(&self) -> &[FilmTile] {
+        &self.tiles
+    }
+
     /// Samples taken so far, over all pixels, without the rejected ones.
     pub fn sample_count(&self) -> u64 {
         self.tiles.iter().flat_map(|t| &t.beauty).map(|m| m.count).sum()
     }
 
-    /// How many samples were NaN or infinite, and the first of them in the order of tiles and passes.
+    /// How many samples were NaN or infinite, and the first of them: in a tile by passes and then pixels, of the tiles' first ones the one of
+    /// the least index.
     pub fn rejected(&self) -> (u64, Option<RejectedSample>) {
-        (self.tiles.iter().map(|t| t.rejected).sum(), self.tiles.iter().find_map(|t| t.first_rejected))
+        let first = self.tiles.iter().filter_map(|t| t.first_rejected).min_by_key(|rejected| rejected.sample);
+        (self.tiles.iter().map(|t| t.rejected).sum(), first)
     }
 
     /// The relative standard error of the image: √(Σ v / Σ m²) over pixels and channels, m being a channel's mean and v the

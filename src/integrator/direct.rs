@@ -11,6 +11,7 @@ use glam::Vec3;
 
 use super::flight::{MediumVertex, PathState, transmittance};
 use super::path::{PathSettings, Scratch};
+use super::record::Event;
 use super::volume_light::gather_line;
 use super::world::World;
 use crate::cache_points::select::{Drawn, MOST_DRAWN};
@@ -145,7 +146,10 @@ impl DirectLight<'_> {
         let mut gathered = Rgb::BLACK;
         for draw in 0..choice.draws(&scratch.lights) {
             if let Some((candidate, weight)) = self.choose(draw, scratch) {
-                gathered += self.connect::<MEDIA>(&candidate, scratch) * weight;
+                let brought = self.connect::<MEDIA>(&candidate, scratch) * weight;
+                gathered += brought;
+                let Drawn { light, pmf, .. } = candidate.drawn;
+                scratch.note(|| Event::Light { index: self.index, light, pmf, brought });
             }
         }
         gathered

@@ -9,6 +9,7 @@ pub mod in_scatter;
 mod layers;
 pub mod light_choice;
 pub mod path;
+pub mod record;
 mod volume_light;
 pub mod world;
 

@@ -12,6 +12,7 @@ use super::in_scatter::alternatives::OwnVertex;
 use super::in_scatter::{self, InScatter, MOST_RAYS, RayStart, null_share};
 use super::layers::{FirstVertex, Layers};
 use super::light_choice::LightScratch;
+use super::record::{Event, PathRecord, VertexKind};
 use super::volume_light::FlightPdfs;
 use super::world::World;
 use crate::film::SampleResult;
@@ -49,6 +50,18 @@ pub struct Scratch {
     pub in_scatter: InScatter,
     /// What was done so far.
     pub counters: Counters,
+    /// What happens along paths, where that is asked for.
+    pub record: Option<Box<PathRecord>>,
+}
+
+impl Scratch {
+    /// Records an event, if events are recorded.
+    #[inline]
+    pub(super) fn note(&mut self, event: impl FnOnce() -> Event) {
+        if let Some(record) = &mut self.record {
+            record.add(event());
+        }
+    }
 }
 
 /// A path on its way: where it goes next, and what it carries there.
@@ -165,6 +178,14 @@ pub(super) fn walk<const MEDIA: bool>(
                 scratch.counters.medium_vertices += 1;
                 layers.first.get_or_insert(FirstVertex::Medium);
                 let p = vertex.p;
+                scratch.note(|| Event::Vertex {
+                    index,
+                    depth,
+                    kind: VertexKind::Medium,
+                    p,
+                    throughput: path.weight.alone(),
+                    so_far: layers.result.beauty,
+                });
                 let mut is_drawn = false;
                 if is_mixed {
                     let share = in_scatter::medium_share(world, path.regions.media(), medium, p, ray.time);
@@ -254,6 +275,14 @@ pub(super) fn walk<const MEDIA: bool>(
         }
         depth += 1;
         scratch.counters.surface_vertices += 1;
+        scratch.note(|| Event::Vertex {
+            index,
+            depth,
+            kind: VertexKind::Surface,
+            p: point.p,
+            throughput: path.weight.alone(),
+            so_far: layers.result.beauty,
+        });
 
         let material = MaterialId(shape.material);
         let [u_mix] = if world.materials.is_mix(material) { random.draw(index, Dimension::Mix) } else { [0.0] };
@@ -298,6 +327,7 @@ pub(super) fn walk<const MEDIA: bool>(
             break;
         }
     }
+    scratch.note(|| Event::End { so_far: layers.result.beauty });
     if let Some(vertex) = mixed {
         let rest = layers.result.beauty - (vertex.before + vertex.light);
         scratch.in_scatter.add_own(&vertex, rest);

@@ -10,6 +10,7 @@ pub mod mixing;
 pub mod plan;
 pub mod progress;
 pub mod regions;
+pub mod replay;
 pub mod settings;
 pub mod stats;
 pub mod timing;
@@ -18,10 +19,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use glam::Vec2;
+use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 
-use crate::film::{Film, FilmSettings, PixelSamples};
+use crate::film::{Film, FilmSettings, PixelSamples, SampleResult};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
@@ -35,6 +36,7 @@ use mixing::{Mixing, PixelEvidence, TileMix};
 use plan::Plan;
 use progress::Tracking;
 pub use progress::{Progress, ProgressState, Silent};
+pub use replay::{Replay, ReplayError};
 pub use settings::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights, VolumeSampling};
 use stats::Iteration;
 pub use timing::Timings;
@@ -67,6 +69,9 @@ pub enum RenderError {
         /// The file.
         path: PathBuf,
     },
+    /// A sample that is not one of the image's was to be replayed.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
     /// No thread pool.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -78,6 +83,8 @@ pub struct Job {
     pub world: World,
     /// Where they start.
     pub camera: Camera,
+    /// The point of the scene that is the origin of render space.
+    pub origin: DVec3,
     /// The image.
     pub film: FilmSettings,
     /// Whether the image has layers besides the beauty.
@@ -178,7 +185,20 @@ impl Job {
         let draws = choice.in_scatter && (settings.plan_only || is_known);
         let in_scatter = draws.then_some(settings.volume_sampling);
         let plan = Plan::of(&world, &camera, draws, memory::of_film(&film));
-        Ok(Self { world, camera, film, aovs: true, path, in_scatter, plan, timings, scene_spp, scene_seed, backend })
+        Ok(Self {
+            world,
+            camera,
+            origin: space.origin,
+            film,
+            aovs: true,
+            path,
+            in_scatter,
+            plan,
+            timings,
+            scene_spp,
+            scene_seed,
+            backend,
+        })
     }
 
     /// Renders until `budget` is used up or `interrupt` is set. The samples of an unfinished pass are kept: each pixel then has its
@@ -195,8 +215,7 @@ impl Job {
         };
         let tracking = Tracking::new(budget, limit, self.film.bounds.area() as u64, start, progress);
         progress.start(tracking.total());
-        let is_shared = matches!(self.world.light_choice, LightChoice::CachePoints(_));
-        let mut mixing = Mixing::new(self.film.bounds, self.in_scatter, is_shared);
+        let mut mixing = self.mixing();
         let mut done = 0;
         while done < limit && !interrupt.load(Ordering::Relaxed) {
             // 1, 1, 2, 4, 8 …: the image's sample count doubles.
@@ -209,11 +228,7 @@ impl Job {
                 }
                 pass = pass.min(affordable as u32);
             }
-            mixing.begin_pass(done);
-            if !mixing.is_off() && self.world.equi_angular.is_none() {
-                self.world.begin_scattering();
-            }
-            let learns = self.world.light_choice.learns() || mixing.adapts() && !mixing.is_off();
+            let learns = self.begin_pass(&mut mixing, done);
             let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking, learns };
             let [drawing, points] = mixing.summary();
             let done_now = context.run(&mut film, &mut mixing);
@@ -226,11 +241,7 @@ impl Job {
             }
             if !is_interrupted && done < limit {
                 let start = Instant::now();
-                mixing.decide(pass);
-                if mixing.is_off() {
-                    self.world.light_choice.end_scattering();
-                }
-                self.world.light_choice.learn(&self.world.lights);
+                self.learn(&mut mixing, pass);
                 iteration.learning = start.elapsed().as_secs_f64();
             }
             iterations.push(iteration);
@@ -250,6 +261,30 @@ impl Job {
         self.timings.first_sample = tracking.first_tile();
         self.timings.render = start.elapsed().as_secs_f64();
         Outcome { film, samples_per_pixel: done, counters, iterations, interrupted: interrupt.load(Ordering::Relaxed) }
+    }
+
+    /// How tiles sample scattering points before anything is known.
+    fn mixing(&self) -> Mixing {
+        let is_shared = matches!(self.world.light_choice, LightChoice::CachePoints(_));
+        Mixing::new(self.film.bounds, self.in_scatter, is_shared)
+    }
+
+    /// A pass begins where `done` samples a pixel have been taken. Returns whether what earlier passes found has a say in it.
+    fn begin_pass(&mut self, mixing: &mut Mixing, done: u32) -> bool {
+        mixing.begin_pass(done);
+        if !mixing.is_off() && self.world.equi_angular.is_none() {
+            self.world.begin_scattering();
+        }
+        self.world.light_choice.learns() || mixing.adapts() && !mixing.is_off()
+    }
+
+    /// A pass of so many samples a pixel is over, and another one follows: takes over what it taught.
+    fn learn(&mut self, mixing: &mut Mixing, pass: u32) {
+        mixing.decide(pass);
+        if mixing.is_off() {
+            self.world.light_choice.end_scattering();
+        }
+        self.world.light_choice.learn(&self.world.lights);
     }
 }
 
@@ -350,6 +385,19 @@ impl Pass<'_> {
         [of_all; 2]
     }
 
+    /// One sample of a pixel.
+    #[inline]
+    fn sample<const MEDIA: bool>(&self, pixel: [u32; 2], sample: u32, scratch: &mut Scratch) -> SampleResult {
+        let job = self.job;
+        let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
+        let [camera, random] = self.sample_ids(pixel, sample).map(SamplePoint::new);
+        let [jitter_x, jitter_y, lens_u, lens_v] = camera.draw::<4>(0, Dimension::Camera);
+        let [u_time] = camera.draw::<1>(0, Dimension::Time);
+        let position = corner + Vec2::splat(0.5) + job.film.filter.sample([jitter_x, jitter_y]);
+        let ray = job.camera.ray(position, [lens_u, lens_v], u_time);
+        trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch)
+    }
+
     /// One pixel, in which `level` is what it has come to so far.
     fn pixel<const MEDIA: bool>(
         &self,
@@ -358,26 +406,19 @@ impl Pass<'_> {
         level: f64,
         scratch: &mut Scratch,
     ) -> PixelSamples {
-        let job = self.job;
         let mut evidence = PixelEvidence::default();
         let before = if MEDIA { scratch.counters.work() } else { 0 };
         if MEDIA {
             let (count, mix) = mix.way_at(pixel);
             scratch.in_scatter.begin_pixel(count, mix);
         }
-        let mut samples = PixelSamples::new(job.film.sensor);
-        let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
+        let mut samples = PixelSamples::new(self.job.film.sensor);
         for sample in self.samples.clone() {
             // A pass of a long render may take minutes a tile: stopping must not wait for it.
             if self.interrupt.load(Ordering::Relaxed) {
                 break;
             }
-            let [camera, random] = self.sample_ids(pixel, sample).map(SamplePoint::new);
-            let [jitter_x, jitter_y, lens_u, lens_v] = camera.draw::<4>(0, Dimension::Camera);
-            let [u_time] = camera.draw::<1>(0, Dimension::Time);
-            let position = corner + Vec2::splat(0.5) + job.film.filter.sample([jitter_x, jitter_y]);
-            let ray = job.camera.ray(position, [lens_u, lens_v], u_time);
-            let result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch);
+            let result = self.sample::<MEDIA>(pixel, sample, scratch);
             samples.add(sample, &result);
             if MEDIA && scratch.in_scatter.is_on() {
                 evidence.add(&result, scratch);

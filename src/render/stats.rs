@@ -32,6 +32,8 @@ pub struct Statistics {
     pub non_finite_samples: u64,
     /// The first of them.
     pub first_non_finite_sample: Option<crate::film::RejectedSample>,
+    /// The command that replays it.
+    pub replay: Option<String>,
     /// Wall-clock seconds.
     pub seconds: Timings,
     /// Processor seconds of the whole process.

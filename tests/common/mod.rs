@@ -3,7 +3,7 @@
 //! Every statistical assertion names the probability with which it would fail although nothing is wrong. Seeds are fixed, so a test that
 //! passes keeps passing; the rate says how much faith a failure after a change deserves.
 
-#![allow(dead_code)] // each test binary uses its part
+#![allow(dead_code, unused_imports)] // each test binary uses its part
 
 pub mod blocks;
 pub mod media;
@@ -18,6 +18,8 @@ use lanternfish::render::{
     Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, VolumeLights, VolumeSampling, load,
 };
 use lanternfish::scene::{Sources, Warnings};
+pub use lanternfish::stability::reference::integrate;
+pub use lanternfish::stability::scene::{CUBE, boundary};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// How to render a test's scene.
@@ -232,23 +234,6 @@ impl Shot {
 /// Relative rounding error that the mean of an image in f32 may have.
 pub const SLACK: f64 = 2e-5;
 
-/// The integral of `f` from `a` to `b`, by Gauss's rule of five points on `n` pieces.
-pub fn integrate(a: f64, b: f64, n: usize, f: impl Fn(f64) -> f64) -> f64 {
-    const RULE: [(f64, f64); 5] = [
-        (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
-        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-        (0.0, 0.568_888_888_888_888_9),
-        (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
-    ];
-    let half = (b - a) / n as f64 / 2.0;
-    let pieces = (0..n).map(|i| {
-        let middle = a + (2 * i + 1) as f64 * half;
-        RULE.iter().map(|&(x, w)| w * f(middle + half * x)).sum::<f64>()
-    });
-    half * pieces.sum::<f64>()
-}
-
 /// The relative RMSE of two renders' beauty.
 pub fn difference(a: &Film, b: &Film) -> f64 {
     let (a, b) = (a.beauty(), b.beauty());
@@ -257,20 +242,10 @@ pub fn difference(a: &Film, b: &Film) -> f64 {
     (squares / norm).sqrt()
 }
 
-/// A closed box from −1 to 1, normals outwards.
-pub const CUBE: &str =
-    "Shape \"trianglemesh\" \"point3 P\" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1]
- \"integer indices\" [0 2 1 0 3 2  4 5 6 4 6 7  0 1 5 0 5 4  3 7 6 3 6 2  0 4 7 0 7 3  1 2 6 1 6 5]\n";
-
 /// A floor below it, seen from above.
 pub const FLOOR: &str =
     "AttributeBegin Translate 0 -1.2 0 Rotate 90 1 0 0 Material \"diffuse\" \"rgb reflectance\" [0.7 0.6 0.5]
      Shape \"disk\" \"float radius\" 6 AttributeEnd\n";
-
-/// `shape` as a boundary that light does not notice between two media.
-pub fn boundary(inside: &str, outside: &str, shape: &str) -> String {
-    format!("AttributeBegin MediumInterface \"{inside}\" \"{outside}\" Material \"interface\" {shape} AttributeEnd\n")
-}
 
 /// A medium of type `uniformgrid` over the box from −1 to 1 whose 4³ densities are a shuffle of 0 to 1.
 pub fn shuffled_grid(name: &str, parameters: &str) -> String {

@@ -7,6 +7,7 @@
 use glam::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
@@ -46,6 +47,52 @@ fn binary_depth(tree: &Bvh2) -> usize {
         }
     }
     deepest
+}
+
+/// The tree by clustering neighbours, unless it is so deep that what follows, which recurses, could overflow the stack.
+fn clustered(boxes: &[Aabb]) -> Option<Bvh2> {
+    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::Medium,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        SortPrecision::U64,
+        3,
+    );
+    let is_sane = |tree: &Bvh2| binary_depth(tree) <= MAX_BINARY_DEPTH;
+    if !is_sane(&tree) {
+        return None;
+    }
+    ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
+    is_sane(&tree).then_some(tree)
+}
+
+/// The tree that halves the number of boxes at every level, by the order of their middles: as shallow as can be, for boxes that clustering makes a
+/// list of, such as those of a fan of thousands of triangles around one point.
+fn halved(boxes: &[Aabb]) -> Bvh2 {
+    let around =
+        |range: &[u32]| range.iter().map(|&i| boxes[i as usize]).reduce(|a, b| a.union(&b)).unwrap_or(Aabb::INVALID);
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    let mut nodes = vec![Bvh2Node::default()];
+    let mut pending = vec![(0, 0..boxes.len())];
+    while let Some((node, range)) = pending.pop() {
+        let part = &mut order[range.clone()];
+        if part.len() == 1 {
+            nodes[node] = Bvh2Node::new(around(part), 1, range.start as u32);
+            continue;
+        }
+        let middle = |i: u32| boxes[i as usize].center();
+        let ends =
+            part.iter().map(|&i| middle(i)).fold((middle(part[0]), middle(part[0])), |(a, b), m| (a.min(m), b.max(m)));
+        let extent = ends.1 - ends.0;
+        let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
+        let half = part.len() / 2;
+        part.select_nth_unstable_by(half, |&a, &b| middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(&b)));
+        let first = nodes.len();
+        nodes[node] = Bvh2Node::new(around(part), 0, first as u32);
+        nodes.extend([Bvh2Node::default(); 2]);
+        pending.extend([(first, range.start..range.start + half), (first + 1, range.start + half..range.end)]);
+    }
+    Bvh2 { nodes, primitive_indices: order, children_are_ordered_after_parents: true, ..Bvh2::default() }
 }
 
 /// Items with boxes.
@@ -148,32 +195,24 @@ impl<T: Copy> Bvh<T> {
             Aabb::new(low.into(), high.into())
         };
         let aabbs: Vec<Aabb> = shared.iter().map(aabb).collect();
-        let mut binary = PlocBuilder::with_capacity(aabbs.len()).build(
-            PlocSearchDistance::Medium,
-            &aabbs,
-            (0..aabbs.len() as u32).collect(),
-            SortPrecision::U64,
-            3,
-        );
-        drop(aabbs);
-        // What follows recurses.
-        check_depth(binary_depth(&binary), MAX_BINARY_DEPTH)?;
-        ReinsertionOptimizer::default().run(&mut binary, 0.05, None);
-        check_depth(binary_depth(&binary), MAX_BINARY_DEPTH)?;
-        let CwBvh { nodes, primitive_indices, .. } = bvh2_to_cwbvh(&binary, 3, true, false);
-        let mut starts = Vec::new();
-        if unequal < items.len() {
-            let mut start = 0;
-            starts.push(0);
-            for &i in &primitive_indices {
-                start += shared[i as usize].len() as u32;
-                starts.push(start);
+        let arrange = |binary: &Bvh2| {
+            let CwBvh { nodes, primitive_indices, .. } = bvh2_to_cwbvh(binary, 3, true, false);
+            let mut starts = Vec::new();
+            if unequal < items.len() {
+                let mut start = 0;
+                starts.push(0);
+                for &i in &primitive_indices {
+                    start += shared[i as usize].len() as u32;
+                    starts.push(start);
+                }
             }
-        }
-        let items = primitive_indices.iter().flat_map(|&i| shared[i as usize]).map(|&i| items[i as usize]).collect();
-        let bvh = Self { nodes, items, starts };
-        let depth = bvh.depth();
-        check_depth(depth, STACK)?;
+            let items =
+                primitive_indices.iter().flat_map(|&i| shared[i as usize]).map(|&i| items[i as usize]).collect();
+            Self { nodes, items, starts }
+        };
+        let clustered = clustered(&aabbs).map(|binary| arrange(&binary)).filter(|bvh| bvh.depth() <= STACK);
+        let bvh = clustered.unwrap_or_else(|| arrange(&halved(&aabbs)));
+        check_depth(bvh.depth(), STACK)?;
         Ok(bvh)
     }
 

@@ -135,6 +135,11 @@ impl TileMix {
         self.floor = DARKEST * level;
     }
 
+    /// Whether any of its paths draw points.
+    pub fn draws(&self) -> bool {
+        self.way.count > 0.0
+    }
+
     /// Points that the paths of `pixel` draw, and what they do.
     #[inline]
     pub const fn way_at(&self, [x, y]: [u32; 2]) -> (f32, Mix) {

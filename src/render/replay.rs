@@ -1,0 +1,239 @@
+//! One sample of a render again, with all that happens along its path.
+//!
+//! A sample's random numbers follow from its address, but what earlier passes taught has a say in what it does with them. So where anything is
+//! learned, the passes before its own are rendered again, and in its own pass, where camera rays of a tile share what is known along them, the rays of its tile
+//! that come before it. What comes out is the sample of the render to the last bit, whatever the number of threads.
+
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::mixing::TileMix;
+use super::progress::Tracking;
+use super::{Budget, Job, Pass, Progress};
+use crate::film::{Film, FilmTile, RejectedSample, SampleResult};
+use crate::integrator::Scratch;
+use crate::integrator::record::{Event, PathRecord, VertexKind};
+use crate::math::Rgb;
+
+/// Why a sample cannot be replayed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ReplayError {
+    /// The pixel is not rendered.
+    #[error("there is no pixel {0},{1} in the part of the image that is rendered")]
+    Pixel(u32, u32),
+    /// The render ends before that sample.
+    #[error("there is no sample {0}: the render takes {1} samples a pixel, counted from 0")]
+    Sample(u32, u32),
+    /// The replay was stopped.
+    #[error("interrupted before the sample was reached")]
+    Interrupted,
+}
+
+/// What came of a sample.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// Which it was.
+    pub sample: RejectedSample,
+    /// The samples a pixel of the passes before its own.
+    pub passes: Vec<u32>,
+    /// What it brought, before the sensor.
+    pub result: SampleResult,
+    /// How that came about.
+    pub record: PathRecord,
+    /// What to add to positions to have them in the scene's space.
+    origin: DVec3,
+}
+
+impl Job {
+    /// Renders the sample again. `passes` are the samples a pixel of the render's passes; where they are not told they are 1, 1, 2, 4, 8 …
+    /// `limit` is how many samples a pixel the render takes in all, where that is known.
+    ///
+    /// # Errors
+    /// A pixel or sample that the render does not have; an interrupt.
+    pub fn replay(
+        &mut self,
+        seed: u32,
+        sample: RejectedSample,
+        passes: &[u32],
+        limit: Option<u32>,
+        interrupt: &AtomicBool,
+        progress: &dyn Progress,
+    ) -> Result<Replay, ReplayError> {
+        let [x, y] = sample.pixel;
+        if !self.film.bounds.contains(sample.pixel) {
+            return Err(ReplayError::Pixel(x, y));
+        }
+        if let Some(limit) = limit.filter(|limit| sample.sample >= *limit) {
+            return Err(ReplayError::Sample(sample.sample, limit));
+        }
+        let (passes, own) = passes_up_to(sample.sample, passes);
+        let done: u32 = passes.iter().sum();
+        let end = done.saturating_add(own).min(limit.unwrap_or(u32::MAX));
+        let is_taught = self.in_scatter.is_some() || self.world.light_choice.learns();
+        let total = if is_taught { done } else { 0 };
+
+        let area = self.film.bounds.area() as u64;
+        let tracking = Tracking::new(Budget::Samples(total), total.max(1), area, Instant::now(), progress);
+        progress.start(tracking.total());
+        let mut film = Film::new(self.film.clone(), false);
+        let mut mixing = self.mixing();
+        let mut at = 0;
+        for &pass in passes.iter().filter(|_| is_taught) {
+            let learns = self.begin_pass(&mut mixing, at);
+            let context = Pass { job: self, seed, samples: at..at + pass, interrupt, tracking: &tracking, learns };
+            context.run(&mut film, &mut mixing);
+            if interrupt.load(Ordering::Relaxed) {
+                progress.finish();
+                return Err(ReplayError::Interrupted);
+            }
+            self.learn(&mut mixing, pass);
+            at += pass;
+        }
+        progress.finish();
+
+        let learns = self.begin_pass(&mut mixing, done);
+        let context = Pass { job: self, seed, samples: done..end, interrupt, tracking: &tracking, learns };
+        let tiles = film.tiles_mut().iter().zip(mixing.tiles_mut());
+        let (result, record) = tiles
+            .into_iter()
+            .find(|(tile, _)| tile.bounds().contains(sample.pixel))
+            .map(|(tile, mix)| {
+                if context.job.world.has_media() {
+                    context.replay::<true>(tile, mix, sample)
+                } else {
+                    context.replay::<false>(tile, mix, sample)
+                }
+            })
+            .ok_or(ReplayError::Pixel(x, y))?;
+        Ok(Replay { sample, passes, result, record, origin: self.origin })
+    }
+}
+
+/// The samples a pixel of the passes that are over before the pass with the sample of this index begins, and those of that pass.
+fn passes_up_to(sample: u32, stated: &[u32]) -> (Vec<u32>, u32) {
+    let (mut passes, mut done) = (vec![], 0u32);
+    loop {
+        let pass = stated.get(passes.len()).copied().unwrap_or(done.max(1));
+        match done.checked_add(pass) {
+            Some(end) if end <= sample => {
+                passes.push(pass);
+                done = end;
+            }
+            _ => return (passes, pass),
+        }
+    }
+}
+
+impl Pass<'_> {
+    /// One of the pass's samples, after all rays of the tile that may have a say in it.
+    fn replay<const MEDIA: bool>(
+        &self,
+        tile: &FilmTile,
+        mix: &mut TileMix,
+        RejectedSample { pixel, sample }: RejectedSample,
+    ) -> (SampleResult, PathRecord) {
+        let mut scratch = Scratch::default();
+        if MEDIA {
+            scratch.in_scatter.forget();
+            let shares = mix.draws();
+            for before in tile.bounds().pixels().take_while(|before| shares && *before != pixel) {
+                self.pixel::<MEDIA>(before, mix, tile.level(before), &mut scratch);
+            }
+            let (count, way) = mix.way_at(pixel);
+            scratch.in_scatter.begin_pixel(count, way);
+            for before in self.samples.start..if shares { sample } else { self.samples.start } {
+                self.sample::<MEDIA>(pixel, before, &mut scratch);
+            }
+        }
+        scratch.record = Some(Box::default());
+        let result = self.sample::<MEDIA>(pixel, sample, &mut scratch);
+        (result, scratch.record.map(|record| *record).unwrap_or_default())
+    }
+}
+
+/// Three numbers, in as many digits as they have.
+fn colour(c: Rgb) -> String {
+    format!("({}, {}, {})", c.0.x, c.0.y, c.0.z)
+}
+
+impl fmt::Display for Replay {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { sample: RejectedSample { pixel: [x, y], sample }, passes, result, record, origin } = self;
+        let start: u32 = passes.iter().sum();
+        writeln!(f, "pixel {x},{y} sample {sample}, of the pass that begins with sample {start}")?;
+        let verdict = if result.is_finite() { "" } else { "   <- not finite: left out of the image" };
+        writeln!(f, "  value    {}{verdict}", colour(result.beauty))?;
+        let SampleResult { emission, direct, indirect, volume, albedo, normal, depth, .. } = result;
+        for (name, c) in [("emission", emission), ("direct", direct), ("indirect", indirect), ("volume", volume)] {
+            writeln!(f, "  {name:<8} {}", colour(*c))?;
+        }
+        writeln!(
+            f,
+            "  albedo   {}, normal ({}, {}, {}), depth {depth}",
+            colour(*albedo),
+            normal.x,
+            normal.y,
+            normal.z
+        )?;
+        writeln!(f, "path:")?;
+        for (i, event) in record.events.iter().enumerate() {
+            match event {
+                Event::Vertex { index, depth, kind, p, throughput, so_far } => {
+                    let kind = match kind {
+                        VertexKind::Surface => "surface",
+                        VertexKind::Medium => "medium",
+                    };
+                    let [x, y, z] = (p.as_dvec3() + *origin).to_array();
+                    write!(
+                        f,
+                        "  bounce {depth} (ray {index}): {kind} at ({x}, {y}, {z}), throughput {}, so far {}",
+                        colour(*throughput),
+                        colour(*so_far)
+                    )?;
+                }
+                Event::Light { light, pmf, brought, .. } => {
+                    write!(f, "    light {} of probability {pmf} brings {}", light.0, colour(*brought))?;
+                }
+                Event::End { so_far } => write!(f, "  end, with {} in all", colour(*so_far))?,
+            }
+            let is_fault = record.first_fault == Some(i);
+            writeln!(f, "{}", if is_fault { "   <- the first value that is not finite" } else { "" })?;
+        }
+        if record.left_out > 0 {
+            writeln!(f, "  ({} events more before the end are not shown)", record.left_out)?;
+        }
+        if record.first_fault.is_none() && !result.is_finite() {
+            writeln!(
+                f,
+                "  no value above is at fault: it is one of those that are not shown (albedo, normal, depth, or a light scattered before the camera)"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_double_unless_they_are_told() {
+        let doubling = [
+            (0, &[][..], 1),
+            (1, &[1], 1),
+            (2, &[1, 1], 2),
+            (3, &[1, 1], 2),
+            (4, &[1, 1, 2], 4),
+            (9, &[1, 1, 2, 4], 8),
+        ];
+        for (sample, before, own) in doubling {
+            assert_eq!(passes_up_to(sample, &[]), (before.to_vec(), own), "{sample}");
+        }
+        assert_eq!(passes_up_to(7, &[1, 1, 2, 3, 5]), (vec![1, 1, 2, 3], 5));
+        assert_eq!(passes_up_to(6, &[1, 1, 2, 3, 5]), (vec![1, 1, 2], 3));
+        assert_eq!(passes_up_to(u32::MAX, &[]).0.iter().sum::<u32>(), 1 << 31);
+    }
+}
