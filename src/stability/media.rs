@@ -3,7 +3,7 @@
 use super::case::{Case, ROUNDING, Stop, Trial};
 use super::reference::{depth, diffuse, half_space, integrate, tent};
 use super::scene::{CUBE, DOME, FOREVER, How, SHELL, Shot, boundary, grey, grid, homogeneous, lamp, list, point};
-use crate::render::VolumeSampling;
+use crate::render::{VolumeLights, VolumeSampling};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -68,6 +68,13 @@ pub(super) const CASES: &[Case] = &[
         seconds: 3.0,
         known: None,
         run: glow,
+    },
+    Case {
+        name: "media.fire",
+        checks: "Fires of depth 1e-6 to 10 light a floor alike as lights and found by chance.",
+        seconds: 1.5,
+        known: None,
+        run: fire,
     },
     Case {
         name: "media.one-voxel",
@@ -353,6 +360,25 @@ fn glow(trial: &mut Trial) -> Result<(), Stop> {
             let image = trial.render(&shot, &format!("{medium}{}", boundary("m", "", CUBE)), &How::spp(spp))?;
             trial.expect(&format!("{kind}, extinction 1e{k}"), image.mean(), 1.0, 0.03, "Le (1 − exp(−τ))");
         }
+    }
+    Ok(())
+}
+
+fn fire(trial: &mut Trial) -> Result<(), Stop> {
+    let values: Vec<f64> = (0..64).map(|i| f64::from(i * 37 % 64) / 63.0).collect();
+    let floor =
+        "AttributeBegin Translate 0 -1.2 0 Rotate 90 1 0 0 Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]
+                 Shape \"disk\" \"float radius\" 6 AttributeEnd\n";
+    for sigma in [1e-6, 1e-2, 10.0] {
+        let more = format!("{} \"rgb Le\" [{}]", grey(sigma, 0.3 * sigma), list(&[1.0 / sigma.min(1.0); 3]));
+        let medium = grid("g", 4, &values, [[-1.0; 3], [1.0; 3]], &more);
+        let world = format!("{floor}{medium}{}", boundary("g", "", CUBE));
+        // The floor beside the fire, without the fire in view.
+        let shot = Shot { from: [0.0, 4.0, -6.0], to: [0.0, -1.2, -3.0], fov: 20.0, size: 8, depth: 3 };
+        let chance = How { volume_lights: VolumeLights::Off, seed: 77, ..How::spp(4096) };
+        let reference = trial.render(&shot, &world, &chance)?.mean();
+        let got = trial.render(&shot, &world, &How::spp(256))?.mean();
+        trial.agree(&format!("extinction {sigma:e}"), got, reference, 0.02, "the same fire found by chance");
     }
     Ok(())
 }

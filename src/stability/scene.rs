@@ -2,7 +2,7 @@
 
 use crate::cache_points::CacheSettings;
 use crate::geometry::Backend;
-use crate::render::{LightSelection, RenderSettings, VolumeSampling};
+use crate::render::{LightSelection, RenderSettings, VolumeLights, VolumeSampling};
 
 /// Bounces without limit in practice.
 pub const FOREVER: u32 = 2_000_000_000;
@@ -122,6 +122,8 @@ pub struct How {
     pub lights: LightSelection,
     /// How scattering points are sampled.
     pub volume_sampling: VolumeSampling,
+    /// Whether media that emit are lights.
+    pub volume_lights: VolumeLights,
     /// Who traces rays.
     pub backend: Backend,
 }
@@ -134,7 +136,7 @@ impl How {
     /// With so many samples a pixel, and the defaults else.
     pub const fn spp(spp: u32) -> Self {
         let (lights, volume_sampling) = (LightSelection::Auto, VolumeSampling::Auto);
-        Self { spp, seed: 1, lights, volume_sampling, backend: Backend::DEFAULT }
+        Self { spp, seed: 1, lights, volume_sampling, volume_lights: VolumeLights::Auto, backend: Backend::DEFAULT }
     }
 
     /// As settings.
@@ -142,6 +144,7 @@ impl How {
         RenderSettings {
             lights: self.lights,
             volume_sampling: self.volume_sampling,
+            volume_lights: self.volume_lights,
             backend: Some(self.backend),
             cache: CacheSettings { candidates: Some(FEW_CANDIDATES), ..CacheSettings::default() },
             ..RenderSettings::default()
@@ -150,12 +153,13 @@ impl How {
 
     /// As options of the command line.
     pub fn flags(&self) -> String {
-        let Self { spp, seed, lights, volume_sampling, backend } = self;
+        let Self { spp, seed, lights, volume_sampling, volume_lights, backend } = self;
         let word = |value: &dyn erased::Word| value.word();
         format!(
-            "--spp {spp} --seed {seed} --lights {} --volume-sampling {} --backend {} --cache-candidates {FEW_CANDIDATES}",
+            "--spp {spp} --seed {seed} --lights {} --volume-sampling {} --volume-lights {} --backend {} --cache-candidates {FEW_CANDIDATES}",
             word(lights),
             word(volume_sampling),
+            word(volume_lights),
             word(backend)
         )
     }
