@@ -35,14 +35,15 @@ fn describe(state: &ProgressState, elapsed: Duration) -> String {
 }
 
 /// The time that the rest takes at the speed so far; `None` while too little is done to tell.
-fn time_left(fraction: f64, elapsed: Duration) -> Option<Duration> {
+pub(super) fn time_left(fraction: f64, elapsed: Duration) -> Option<Duration> {
     if fraction < 0.001 || elapsed < Duration::from_millis(200) {
         return None;
     }
     Duration::try_from_secs_f64(elapsed.as_secs_f64() * (1.0 - fraction.min(1.0)) / fraction).ok()
 }
 
-fn clock(duration: Duration) -> String {
+/// Hours, minutes and seconds.
+pub(super) fn clock(duration: Duration) -> String {
     let seconds = duration.as_secs_f64().round() as u64;
     let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);
     if hours > 0 {
