@@ -83,7 +83,7 @@ fn page_json_and_csv_agree_and_come_out_alike_again() {
     }
 
     let page = String::from_utf8(folder.read("out/index.html")).expect("text");
-    for outside in ["http:", "https:", "src=\"/", "url(", "<script", "<link", "file:"] {
+    for outside in ["http:", "https:", "src=\"/", "url(", "<script", "<link", "file:/"] {
         assert!(!page.contains(outside), "the page has {outside}");
     }
     assert!(page.contains("<svg") && page.contains("data:image/png;base64,iVBOR") && page.contains("uniform"));

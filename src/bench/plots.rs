@@ -157,13 +157,13 @@ where
     let xs = || all().map(|point| point.0).chain(lines.iter().flat_map(|line| line.below.iter().copied()));
     let ys = || all().map(|point| point.1).chain(floor);
     let (x0, x1) = range(xs());
-    // Room for the names.
-    let x1 = x1 * (x1 / x0).powf(0.3);
     let (y0, y1) = range(ys());
-    if !(x0 > 0.0 && y0 > 0.0 && x1.is_finite() && y1.is_finite()) {
+    if [x0, x1, y0, y1].iter().any(|end| !(end.is_finite() && *end > 0.0)) {
         root.titled(&format!("{}: {title}: nothing is known of it", scene.name), (FONT, 16))?;
         return Ok(());
     }
+    // Room for the names.
+    let x1 = x1 * (x1 / x0).powf(0.3);
     let mut chart = ChartBuilder::on(root)
         .caption(format!("{}: {title}, lower is better", scene.name), (FONT, 16))
         .margin(10)
@@ -270,6 +270,10 @@ where
         .collect();
     let most = parts.iter().map(|parts| parts.iter().sum()).fold(0.0, f64::max).max(1e-3);
     let count = parts.len();
+    if count == 0 {
+        root.titled(&format!("{}: nothing was measured", scene.name), (FONT, 16))?;
+        return Ok(());
+    }
     let mut chart = ChartBuilder::on(root)
         .caption(format!("{}: where the time went, with most samples", scene.name), (FONT, 16))
         .margin(10)
