@@ -11,7 +11,7 @@ use super::method::Method;
 use super::ratio::short;
 use super::reference::{self, Reference, read};
 use super::report::SceneReport;
-use super::run::{Task, render};
+use super::run::{Rendered, Task, render};
 use super::settings::{Levels, Settings};
 use super::subject::Subject;
 use super::trim::{self, Squares};
@@ -65,7 +65,7 @@ pub fn measure(
     let scratch = tempfile::tempdir().map_err(|error| OutputError::new(&std::env::temp_dir(), error))?;
     let output = scratch.path().join("render.exr");
 
-    let mut turn = 0;
+    let (mut turn, mut backend) = (0, String::new());
     let mut is_common = true;
     while tracks.iter().any(|track| !track.next.is_empty()) {
         is_common &= tracks.iter().filter(|track| !track.is_cut).all(|track| !track.next.is_empty());
@@ -81,7 +81,8 @@ pub fn measure(
                 }
                 let (method, resolution, threads) = (&track.method, settings.resolution, settings.threads);
                 let task = Task { scene: &subject.file, method, resolution, threads, spp, seed, output: &output };
-                let cost = render(&task, stop)?;
+                let Rendered { cost, backend: traced_by } = render(&task, stop)?;
+                backend = traced_by;
                 let command = task.command();
                 let image = read(&output, "the render")?;
                 let (errors, squares) = Errors::of(&image, &reference, &flip);
@@ -137,7 +138,7 @@ pub fn measure(
     if subject.warnings > 0 {
         notes.push(format!("loading it gives {} warnings, which a render of it lists", subject.warnings));
     }
-    Ok((SceneReport::new(subject, about, curves, notes), crops))
+    Ok((SceneReport::new(subject, about, backend, curves, notes), crops))
 }
 
 /// The methods that are measured, and what is to be said of those that are not, or not in full.

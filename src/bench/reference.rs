@@ -141,7 +141,7 @@ impl Reference {
             } else {
                 let what = format!("{}: half of a reference, {half} spp, {}", subject.entry.name, method.show());
                 watch.say(&what);
-                let cost = render(&task, stop)?;
+                let cost = render(&task, stop)?.cost;
                 watch.done(work, &format!("{what}: {:.1} s", cost.wall_seconds));
             }
             sides.push(read(&output, "the reference")?);
@@ -200,7 +200,7 @@ fn samples(subject: &Subject, settings: &Settings, stop: &AtomicBool) -> Result<
     };
     let (method, _) = choose(subject, 1);
     let output = place(subject, settings, "pilot");
-    let cost = render(&task(subject, settings, &method, PILOT, SEEDS[0], &output), stop)?;
+    let cost = render(&task(subject, settings, &method, PILOT, SEEDS[0], &output), stop)?.cost;
     // They were only a means.
     [output.clone(), output.with_extension("json")].iter().for_each(|file| drop(std::fs::remove_file(file)));
     let samples = f64::from(TIMES) * seconds * f64::from(PILOT) / cost.render_seconds.max(1e-3);

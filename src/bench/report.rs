@@ -50,6 +50,8 @@ pub struct SceneReport {
     pub lights: usize,
     /// Width and height of what was rendered.
     pub pixels: [u32; 2],
+    /// What traced its rays, with its version.
+    pub backend: String,
     /// What the images are judged by.
     pub reference: About,
     /// Each method; the others are compared with the first.
@@ -62,12 +64,18 @@ pub struct SceneReport {
 
 impl SceneReport {
     /// Of these curves.
-    pub fn new(subject: &Subject, reference: About, curves: Vec<Curve>, mut notes: Vec<String>) -> Self {
+    pub fn new(
+        subject: &Subject,
+        reference: About,
+        backend: String,
+        curves: Vec<Curve>,
+        mut notes: Vec<String>,
+    ) -> Self {
         let hidden: usize =
             curves.iter().map(|curve| curve.points.iter().filter(|point| !point.is_above_reference).count()).sum();
         if hidden > 0 {
             notes.push(format!(
-                "{hidden} points are not above the reference's own error: they are hollow, or not in the plots, and slopes leave them out. \
+                "{hidden} points are not above the reference's own error: they are hollow (○), or not in the plots, and slopes leave them out: what tables say of them is right on average at best. \
                  A better reference has more samples (--reference-spp) or another method (--reference-method)"
             ));
         }
@@ -76,6 +84,7 @@ impl SceneReport {
             file: subject.file.clone(),
             lights: subject.lights,
             pixels: [subject.bounds.width(), subject.bounds.height()],
+            backend,
             reference,
             curves,
             notes,
@@ -117,6 +126,13 @@ impl Report {
         self.crops.push(crops);
     }
 
+    /// What traced rays: `, embree 4.3.0`.
+    fn backends(&self) -> String {
+        let mut names: Vec<&str> = self.scenes.iter().map(|scene| scene.backend.as_str()).collect();
+        names.dedup();
+        names.iter().map(|name| format!(", {name}")).collect()
+    }
+
     /// Command, version, machine: a line each.
     pub fn about(&self) -> Vec<String> {
         let load = self.load.map_or(String::new(), |load| format!("; {load} processes wanted to run when it began"));
@@ -126,7 +142,7 @@ impl Report {
         };
         vec![
             self.command.clone(),
-            format!("lanternfish {} ({})", self.version, env!("LANTERNFISH_TARGET")),
+            format!("lanternfish {} ({}){}", self.version, env!("LANTERNFISH_TARGET"), self.backends()),
             format!("machine: {}{load}", self.machine),
             format!("{points}; {} independent runs of each, seeds 1 to {}", self.runs, self.runs),
         ]

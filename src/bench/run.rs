@@ -52,6 +52,15 @@ pub struct Cost {
     pub peak_memory: f64,
 }
 
+/// What a render says of itself.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// What it took.
+    pub cost: Cost,
+    /// What traced its rays, with its version.
+    pub backend: String,
+}
+
 /// Why a render gave nothing.
 #[derive(Debug, thiserror::Error)]
 #[error("this render {how}:\n{command}\n{reason}")]
@@ -98,7 +107,7 @@ impl Task<'_> {
 ///
 /// # Errors
 /// [`BenchError::Render`] with what the render said, [`BenchError::Interrupted`].
-pub fn render(task: &Task, stop: &AtomicBool) -> Result<Cost, BenchError> {
+pub fn render(task: &Task, stop: &AtomicBool) -> Result<Rendered, BenchError> {
     let (stats, said) = (task.output.with_extension("json"), task.output.with_extension("log"));
     let fail = |error: &dyn std::fmt::Display| task.error("could not be started", error.to_string(), None);
     let program = std::env::current_exe().map_err(|error| fail(&error))?;
@@ -131,7 +140,7 @@ pub fn render(task: &Task, stop: &AtomicBool) -> Result<Cost, BenchError> {
     let text =
         std::fs::read_to_string(&stats).map_err(|error| task.error("wrote no statistics", error.to_string(), None))?;
     let odd = || task.error("wrote statistics that cannot be read", text.chars().take(200).collect::<String>(), None);
-    cost(&text, wall_seconds).ok_or_else(odd)
+    rendered(&text, wall_seconds).ok_or_else(odd)
 }
 
 /// Waits for a render; `None` if `stop` was set, and the render ended with it.
@@ -149,10 +158,10 @@ fn wait(child: &mut Child, stop: &AtomicBool) -> std::io::Result<Option<ExitStat
     }
 }
 
-fn cost(stats: &str, wall_seconds: f64) -> Option<Cost> {
+fn rendered(stats: &str, wall_seconds: f64) -> Option<Rendered> {
     let stats: Value = serde_json::from_str(stats).ok()?;
     let sum = |names: &[&str]| names.iter().map(|name| stats["seconds"][name].as_f64()).sum::<Option<f64>>();
-    Some(Cost {
+    let cost = Cost {
         wall_seconds,
         cpu_seconds: stats["cpu_seconds"].as_f64()?,
         cpu_seconds_rendering: stats["cpu_seconds_rendering"].as_f64()?,
@@ -160,5 +169,6 @@ fn cost(stats: &str, wall_seconds: f64) -> Option<Cost> {
         build_seconds: sum(&["geometry_build", "lights", "cache_points"])?,
         render_seconds: sum(&["render"])?,
         peak_memory: stats["peak_memory"].as_f64()?,
-    })
+    };
+    Some(Rendered { cost, backend: stats["backend"].as_str()?.to_owned() })
 }

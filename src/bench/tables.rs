@@ -32,6 +32,11 @@ pub fn notes(scene: &SceneReport) -> Vec<String> {
     notes
 }
 
+/// After the name of a method whose least error is not above the reference's own.
+fn mark(curve: &Curve) -> &'static str {
+    if curve.last().is_above_reference { "" } else { " ○" }
+}
+
 fn errors(scene: &SceneReport) -> Table {
     let [width, height] = scene.pixels;
     let title = format!("{}: {} lights, {width} × {height} pixels: errors with most samples", scene.name, scene.lights);
@@ -44,7 +49,7 @@ fn errors(scene: &SceneReport) -> Table {
     for curve in &scene.curves {
         let point = curve.last();
         let bands = [point.rmse, point.relative_mse, point.flip, point.ttuv];
-        let names = [curve.method.name.clone(), point.spp.to_string()];
+        let names = [curve.method.name.clone() + mark(curve), point.spp.to_string()];
         table.rows.push(names.into_iter().chain(bands.iter().map(Ratio::show)).collect());
     }
     table
@@ -91,7 +96,7 @@ fn ratios(scene: &SceneReport) -> Table {
             of(|run| run.cost.cpu_seconds),
             of(|run| run.cost.wall_seconds),
         ];
-        table.rows.push(std::iter::once(curve.method.name.clone()).chain(cells).collect());
+        table.rows.push(std::iter::once(curve.method.name.clone() + mark(curve)).chain(cells).collect());
     }
     table
 }
