@@ -113,6 +113,12 @@ fn a_reference_of_ones_own_is_used_or_refused() {
     let about = folder.json("out/results.json")["scenes"][0]["reference"].clone();
     assert!(about["how"].as_str().is_some_and(|how| how.contains("right.exr") && how.contains("variance")), "{about}");
     assert!(about["own_rmse"].as_f64().is_some_and(|own| own > 0.0), "{about}");
+    assert!(!about["how"].to_string().contains("independent"), "{about}");
+    // One that a render may share its samples with is named.
+    folder.run(&["render", "lamps.pbrt", "--spp", "64", "--seed", "2", "-o", "shared.exr", "--quiet"]).code(0);
+    bench(&folder, &["--reference", "shared.exr"]).code(0);
+    let how = folder.json("out/results.json")["scenes"][0]["reference"]["how"].to_string();
+    assert!(how.contains("seed 2, as one of the renders"), "{how}");
 }
 
 #[test]

@@ -15,6 +15,7 @@ use super::run::{Task, render};
 use super::settings::{Levels, Settings};
 use super::subject::Subject;
 use super::{BenchError, Watch};
+use crate::film::ChannelImage;
 use crate::film::exr::read_exr_layers;
 use crate::report::compare::{Side, shape};
 
@@ -95,13 +96,17 @@ impl Reference {
         stop: &AtomicBool,
     ) -> Result<Self, BenchError> {
         match &settings.reference {
-            Some(path) => Self::own(path, subject),
+            Some(path) => Self::own(path, subject, settings),
             None => Self::rendered(subject, settings, watch, stop),
         }
     }
 
-    fn own(path: &Path, subject: &Subject) -> Result<Self, BenchError> {
-        let mut image = read(path, "the reference")?;
+    fn own(path: &Path, subject: &Subject, settings: &Settings) -> Result<Self, BenchError> {
+        let file = read_exr_layers(path)?;
+        // With the samples of one of the renders in it, it would flatter that one.
+        let seed: Option<u32> = file.attribute("lanternfish.seed").and_then(|seed| seed.parse().ok());
+        let shared = seed.filter(|seed| settings.seeds().any(|own| own == *seed));
+        let mut image = side(path, file, "the reference")?;
         if image.bounds != subject.bounds || image.display != subject.display {
             return Err(BenchError::OtherPixels {
                 path: path.to_owned(),
@@ -115,6 +120,10 @@ impl Reference {
             if variance.is_some() { "by its layers variance.*" } else { "not known: it has no layers variance.*" };
         let mut reference = Self::new(image, variance);
         reference.about.how = format!("an image of yours, {}; its own error is {known}", path.display());
+        if let Some(seed) = shared {
+            let warning = format!("; it has the seed {seed}, as one of the renders: they may not be independent");
+            reference.about.how += &warning;
+        }
         reference.about.files = vec![path.to_owned()];
         Ok(reference)
     }
@@ -232,6 +241,9 @@ fn choose(subject: &Subject, spp: u32) -> (Method, String) {
 
 /// Reads the beauty of an OpenEXR file.
 pub fn read(path: &Path, which: &'static str) -> Result<Side, BenchError> {
-    let judge = |error| BenchError::Judge { path: path.to_owned(), error: Box::new(error) };
-    Side::new(read_exr_layers(path)?, which).map_err(judge)
+    side(path, read_exr_layers(path)?, which)
+}
+
+fn side(path: &Path, image: ChannelImage, which: &'static str) -> Result<Side, BenchError> {
+    Side::new(image, which).map_err(|error| BenchError::Judge { path: path.to_owned(), error: Box::new(error) })
 }
