@@ -11,9 +11,10 @@ mod common;
 #[path = "common/mesh.rs"]
 mod mesh;
 
+use lanternfish::bench::estimate::Estimate;
 use std::sync::atomic::AtomicBool;
 
-use common::{Estimate, argument, text_argument, time};
+use common::{argument, text_argument, time};
 use lanternfish::geometry::recording::{Query, RecordingTracer};
 use lanternfish::geometry::{Backend, Ray, Tracer};
 use lanternfish::render::{Budget, Job, Outcome, RenderSettings, Silent, Timings};

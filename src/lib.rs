@@ -1,11 +1,12 @@
 //! Lanternfish: a CPU production renderer for scenes with very many lights and OpenVDB volumes.
 //!
-//! Rooms, from the top; each uses only those below it: [`cli`], [`report`], [`stability`], [`render`], [`integrator`], [`light`],
+//! Rooms, from the top; each uses only those below it: [`cli`], [`bench`], [`report`], [`stability`], [`render`], [`integrator`], [`light`],
 //! [`medium`], [`material`], [`geometry`], [`gallery`], [`film`], [`scene`], [`math`], [`system`].
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod bench;
 pub mod cache_points;
 pub mod cli;
 pub mod film;

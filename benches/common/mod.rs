@@ -1,4 +1,4 @@
-//! What the benchmarks share: processor time, means with their confidence intervals, arguments, the JSON file.
+//! What the benchmarks share: processor time, arguments, the JSON file.
 
 #![allow(dead_code)] // each benchmark uses its part
 
@@ -7,37 +7,12 @@ use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Processor seconds (of all threads) and wall-clock seconds of `work`. The former hardly notice who else uses the machine.
 pub fn time<T>(work: impl FnOnce() -> T) -> (T, f64, f64) {
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
     let result = work();
     (result, cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64())
-}
-
-/// A mean over repetitions and half the width of its 95 % confidence interval (Student's t).
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Estimate {
-    pub mean: f64,
-    pub half_width: f64,
-}
-
-impl Estimate {
-    pub fn of(values: &[f64]) -> Self {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        if values.len() < 2 {
-            return Self { mean, half_width: f64::INFINITY };
-        }
-        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        let t = StudentsT::new(0.0, 1.0, n - 1.0).expect("positive freedom").inverse_cdf(0.975);
-        Self { mean, half_width: t * (variance / n).sqrt() }
-    }
-
-    pub fn show(&self, digits: usize) -> String {
-        format!("{:.digits$} ± {:.digits$}", self.mean, self.half_width)
-    }
 }
 
 /// The number after `--name` on the command line. cargo's own `--bench` is passed over.

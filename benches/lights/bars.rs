@@ -1,44 +1,11 @@
 //! What the renderer set out to reach, and whether it did.
 
-use serde::Serialize;
+use lanternfish::bench::bar::{Bar, Bound};
 
 use super::compare::{Quantity, Run, SceneResult};
 use super::lamp::LampResult;
 use super::many::ManyResult;
-use super::ratio::Ratio;
-use super::table::Table;
 use super::variants::{AUTO, DEFAULTS, NO_VISIBILITY, NULL, NULL_WITHOUT_FIRES, OPTIMAL, TREE, UNIFORM, Variant};
-
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub enum Bound {
-    AtLeast(f64),
-    AtMost(f64),
-}
-
-#[derive(Serialize)]
-pub struct Bar {
-    pub name: String,
-    pub bound: Bound,
-    pub measured: Ratio,
-    pub verdict: &'static str,
-}
-
-impl Bar {
-    pub fn new(name: String, bound: Bound, measured: Ratio) -> Self {
-        let (is_met, is_certain) = match bound {
-            Bound::AtLeast(least) => (measured.value >= least, measured.low >= least || measured.high < least),
-            Bound::AtMost(most) => (measured.value <= most, measured.high <= most || measured.low > most),
-        };
-        let verdict = match (is_met, is_certain) {
-            _ if measured.value.is_nan() => "unknown: the reference is too noisy",
-            (true, true) => "met",
-            (true, false) => "met, but not beyond doubt",
-            (false, true) => "not met",
-            (false, false) => "not met, but not beyond doubt",
-        };
-        Self { name, bound, measured, verdict }
-    }
-}
 
 /// How many times a variant's number is another's, in one scene.
 struct Goal {
@@ -120,17 +87,4 @@ pub fn bars(scenes: &[SceneResult], many: Option<&ManyResult>, lamp: Option<&Lam
         bars.push(Bar::new("wall time: auto over uniform, lamp".to_owned(), Bound::AtMost(1.02), lamp.wall));
     }
     bars
-}
-
-pub fn table(bars: &[Bar]) -> Table {
-    let mut table = Table::new("bars", &["what", "bar", "measured", "verdict"]);
-    table.notes.push("measured: geometric mean and 95 % confidence interval".to_owned());
-    table.rows.extend(bars.iter().map(|bar| {
-        let bound = match bar.bound {
-            Bound::AtLeast(least) => format!("≥ {least}"),
-            Bound::AtMost(most) => format!("≤ {most}"),
-        };
-        vec![bar.name.clone(), bound, bar.measured.show(), bar.verdict.to_owned()]
-    }));
-    table
 }

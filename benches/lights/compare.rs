@@ -4,15 +4,15 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use lanternfish::bench::estimate::Estimate;
+use lanternfish::bench::ratio::Ratio;
+use lanternfish::bench::trim;
 use serde::Serialize;
 
-use super::common::Estimate;
 use super::error::{Errors, Picture};
-use super::ratio::Ratio;
 use super::reference::{About, Reference};
 use super::run::{Cost, Task, render, write_scene};
 use super::settings::Settings;
-use super::trim;
 use super::variants::{self, OPTIMAL, Variant};
 
 #[derive(Serialize)]

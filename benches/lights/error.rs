@@ -7,11 +7,11 @@
 
 use std::path::Path;
 
+use lanternfish::bench::trim::Squares;
 use lanternfish::film::exr::read_exr_layers;
 use serde::Serialize;
 
 use super::run::fail;
-use super::trim::Squares;
 
 /// In the relative error: this share of the mean's square is added to a pixel's.
 const EPSILON: f64 = 1e-3;

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use lanternfish::bench::ratio::Ratio;
+use lanternfish::bench::table::Table;
 use serde::Serialize;
 
-use super::ratio::Ratio;
 use super::run::{Cost, Task, render, write_scene};
 use super::settings::Settings;
-use super::table::Table;
 
 #[derive(Serialize)]
 pub struct LampResult {

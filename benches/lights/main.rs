@@ -23,20 +23,19 @@ mod many;
 mod mesh;
 mod page;
 mod plots;
-mod ratio;
 mod reference;
 mod run;
 mod settings;
 mod summary;
-mod table;
-mod trim;
 mod variants;
 
 use std::path::{Path, PathBuf};
 
+use lanternfish::bench::bar::{self, Bar};
+use lanternfish::bench::machine::machine;
+use lanternfish::bench::table::Table;
 use serde::Serialize;
 use settings::Settings;
-use table::Table;
 
 #[derive(Serialize)]
 struct Report {
@@ -44,7 +43,7 @@ struct Report {
     scenes: Vec<compare::SceneResult>,
     many: Option<many::ManyResult>,
     lamp: Option<lamp::LampResult>,
-    bars: Vec<bars::Bar>,
+    bars: Vec<Bar>,
     tables: Vec<Table>,
 }
 
@@ -72,7 +71,7 @@ fn main() {
     let many = settings.many.map(|counts| many::measure(&folder, counts, &settings));
     many.iter().map(many::table).for_each(&mut show);
     let bars = bars::bars(&scenes, many.as_ref(), lamp.as_ref());
-    show(bars::table(&bars));
+    show(bar::table(&bars));
 
     page::write(&target.join("bench-lights.html"), &about, &tables, &pictures);
     common::write_json("bench-lights", &Report { about, scenes, many, lamp, bars, tables });
@@ -89,14 +88,6 @@ fn about(settings: &Settings) -> Vec<String> {
         format!("machine: {}", machine()),
         format!("lanternfish {}{}", env!("CARGO_PKG_VERSION"), commit().map_or(String::new(), |c| format!(", {c}"))),
     ]
-}
-
-fn machine() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name =
-        text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()));
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    format!("{}, {threads} threads", name.unwrap_or("unknown processor"))
 }
 
 /// The commit, where git knows it; "-dirty" where files were changed since.

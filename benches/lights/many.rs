@@ -6,15 +6,15 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use lanternfish::bench::estimate::Estimate;
+use lanternfish::bench::ratio::{Ratio, show};
+use lanternfish::bench::table::Table;
 use lanternfish::math::sampler::Stream;
 use serde::Serialize;
 
-use super::common::Estimate;
 use super::mesh::{bumps, write_mesh};
-use super::ratio::{Ratio, show};
 use super::run::{Cost, Task, fail, render};
 use super::settings::Settings;
-use super::table::Table;
 use super::variants::DEFAULTS;
 
 #[derive(Serialize)]

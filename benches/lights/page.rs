@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::table::{Table, escape};
+use lanternfish::bench::table::{Table, escape};
 
 const STYLE: &str = "body{font:14px sans-serif;margin:2em}table{border-collapse:collapse}\
     td,th{padding:2px 10px;text-align:right;border-bottom:1px solid #ccc}td:first-child,th:first-child{text-align:left}";

@@ -10,6 +10,7 @@ type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// TTUV of each way with its confidence interval, on a logarithmic scale, and the blocked share of shadow rays over iterations.
 pub fn of(result: &SceneResult) -> Vec<String> {
+    lanternfish::bench::plots::font();
     let mut pictures = [String::new(), String::new()];
     let [first, second] = &mut pictures;
     for drawn in [ttuv(result, first), blocked(result, second)] {
@@ -49,7 +50,7 @@ fn ttuv(result: &SceneResult, svg: &mut String) -> Drawn {
         SegmentValue::CenterOf(index) => result.ways[count - 1 - index].variant.name.to_owned(),
         _ => String::new(),
     };
-    let number = |value: &f64| super::ratio::short(*value);
+    let number = |value: &f64| lanternfish::bench::ratio::short(*value);
     chart
         .configure_mesh()
         .disable_y_mesh()

@@ -1,9 +1,10 @@
 //! The tables of a scene: what each way of selecting lights costs and gives, and how it stands to the defaults.
 
+use lanternfish::bench::ratio::{short, show};
+use lanternfish::bench::table::Table;
+
 use super::compare::{Quantity, SceneResult, Way};
-use super::ratio::{short, show};
 use super::settings::Settings;
-use super::table::Table;
 use super::variants::{OPTIMAL, UNIFORM, Variant, columns, defaults};
 
 const MEBIBYTE: f64 = (1u64 << 20) as f64;

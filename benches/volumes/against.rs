@@ -1,10 +1,11 @@
 //! The renderer's tracking against the plain one of [`super::reference`]: the same rays through the same fire.
 
+use lanternfish::bench::estimate::Estimate;
 use lanternfish::geometry::Ray;
 use lanternfish::integrator::World;
 use serde::Serialize;
 
-use super::common::{Estimate, time};
+use super::common::time;
 use super::reference::Dense;
 use super::track::{Track, Tracked, run};
 

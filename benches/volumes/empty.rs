@@ -4,6 +4,7 @@
 //! chords of the box; those that are called empty meet no voxel and no bound of any. `depth` is the optical depth of the densest
 //! voxels across the box.
 
+use lanternfish::bench::estimate::Estimate;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, IVec3, Vec3};
@@ -20,7 +21,7 @@ use lanternfish::medium::{Medium, MediumId};
 use serde::Serialize;
 
 use super::DEPTHS;
-use super::common::{Estimate, time};
+use super::common::time;
 use super::scene::{chords, of};
 
 /// Edge of the box in leaves.

@@ -19,9 +19,10 @@ mod reference;
 mod scene;
 mod track;
 
+use lanternfish::bench::estimate::Estimate;
 use std::path::{Path, PathBuf};
 
-use common::{Estimate, argument, text_argument, time};
+use common::{argument, text_argument, time};
 use serde::Serialize;
 use track::{Track, flight, run, through};
 

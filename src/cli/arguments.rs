@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
+use crate::bench::Request;
+use crate::bench::suite::Suite;
 use crate::cache_points::gather::Gathering;
 use crate::cache_points::learn::VisibilityRule;
 use crate::cache_points::{CacheSettings, DEFAULT_ENTRIES};
@@ -31,6 +33,8 @@ pub enum Command {
     Info(InfoArguments),
     /// Compare two OpenEXR images of the same size and crop.
     Compare(CompareArguments),
+    /// Measure error against run time: methods against each other, on scenes of yours or of the project.
+    Bench(BenchArguments),
     /// Write one of the project's own scenes to a folder.
     Scene(SceneArguments),
     /// Check that extreme scenes come out right, case by case.
@@ -160,6 +164,52 @@ pub struct CompareArguments {
     pub png: Option<PathBuf>,
 }
 
+/// `lanternfish bench`.
+#[derive(Args, Debug)]
+#[command(after_help = super::bench_command::list(), group = ArgGroup::new("subject").required(true).multiple(false), group = ArgGroup::new("points"))]
+pub struct BenchArguments {
+    /// The scenes.
+    #[arg(group = "subject", value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// One of the project's own sets of scenes, with what was set out to be reached in each.
+    #[arg(long, value_enum, group = "subject")]
+    pub suite: Option<Suite>,
+    /// What is compared, with commas between; the others are compared with the first. May be given several times [default:
+    /// auto,uniform,power,tree].
+    #[arg(long, value_name = "A,B,NAME=ARGS", allow_hyphen_values = true)]
+    pub methods: Vec<String>,
+    /// Render with 1, 2, 4 … samples a pixel until the next would take longer than this.
+    #[arg(long, group = "points", value_name = "SECONDS", value_parser = above_zero)]
+    pub time: Option<f64>,
+    /// Samples per pixel of the points of each curve [default: 1,2,4,…,64; in a suite up to 32].
+    #[arg(long, group = "points", value_name = "N,N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=0x7fff_ffff))]
+    pub spp: Option<Vec<u32>>,
+    /// Independent renders of each point [default: 5; in a suite 3].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: Option<u32>,
+    /// An image of yours to judge by, in place of one that is rendered; its layers `variance.*`, if it has them, tell its own error.
+    #[arg(long, value_name = "R.exr", conflicts_with_all = ["reference_spp", "reference_method"])]
+    pub reference: Option<PathBuf>,
+    /// Samples per pixel of the reference that is rendered [default: 16 times the most of the points; in a suite 8 times].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=0x7fff_ffff))]
+    pub reference_spp: Option<u32>,
+    /// What renders the reference [default: every light asked at every vertex, where that is affordable, else the tree; null tracking].
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    pub reference_method: Option<String>,
+    /// Width and height in pixels in place of the scene's [default in a suite: 160x90].
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    pub resolution: Option<[u32; 2]>,
+    /// Threads of each render [default: one per processor].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// The folder for page, numbers, plots and references; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print errors only.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
 /// `lanternfish scene`.
 #[derive(Args, Debug)]
 #[command(after_help = super::scene_command::list())]
@@ -195,6 +245,27 @@ pub struct StabilityArguments {
     /// Time for a case: one that is not done by then fails [default: 120].
     #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     pub time_limit: Option<f64>,
+}
+
+impl BenchArguments {
+    /// What the flags ask for, unchecked; `command` is the whole command line.
+    pub fn request(&self, command: String) -> Request {
+        Request {
+            scenes: self.scenes.clone(),
+            suite: self.suite,
+            methods: self.methods.clone(),
+            time: self.time,
+            spp: self.spp.clone(),
+            runs: self.runs,
+            reference: self.reference.clone(),
+            reference_method: self.reference_method.clone(),
+            reference_spp: self.reference_spp,
+            resolution: self.resolution,
+            threads: self.threads,
+            out: self.out.clone(),
+            command,
+        }
+    }
 }
 
 impl RenderArguments {

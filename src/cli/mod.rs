@@ -1,6 +1,7 @@
 //! The command line: arguments in, exit codes out, errors and progress for people. No rendering logic.
 
 pub mod arguments;
+pub mod bench_command;
 pub mod diagnostics;
 pub mod images;
 pub mod info_command;
@@ -23,6 +24,7 @@ pub fn run(arguments: &Arguments) -> ExitStatus {
         Command::Render(arguments) => render_command::run(arguments),
         Command::Info(arguments) => info_command::run(arguments),
         Command::Compare(arguments) => images::run_compare(arguments),
+        Command::Bench(arguments) => bench_command::run(arguments),
         Command::Scene(arguments) => scene_command::run(arguments),
         Command::Stability(arguments) => stability_command::run(arguments),
     }

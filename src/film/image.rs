@@ -212,6 +212,21 @@ pub fn write_png(path: &Path, image: &Image, exposure: f32) -> Result<(), Output
     })
 }
 
+/// A PNG in memory, of rows of red, green and blue bytes, sRGB encoded.
+///
+/// # Errors
+/// In words; a wrong number of bytes among them.
+pub fn encode_png(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, String> {
+    if rgb.len() != 3 * width as usize * height as usize {
+        return Err(format!("{} bytes are not {width} × {height} pixels", rgb.len()));
+    }
+    let mut png = vec![];
+    image::codecs::png::PngEncoder::new(&mut png)
+        .write_image(rgb, width, height, image::ExtendedColorType::Rgb8)
+        .map_err(|error| error.to_string())?;
+    Ok(png)
+}
+
 /// The nearest of 0..=255 for a value in 0..=1; NaN gives 0.
 pub(crate) fn to_byte(value: f32) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8

@@ -130,15 +130,24 @@ pub struct Block {
 }
 
 /// One image as the comparison needs it.
-struct Side {
-    bounds: PixelBounds,
-    display: PixelBounds,
-    colour: [Vec<f32>; 3],
-    variance: Option<[Vec<f32>; 3]>,
+#[derive(Clone, Debug)]
+pub struct Side {
+    /// The pixels that are there.
+    pub bounds: PixelBounds,
+    /// The full image.
+    pub display: PixelBounds,
+    /// Red, green and blue, all finite.
+    pub colour: [Vec<f32>; 3],
+    /// The variances of the pixels' means, where the image has them.
+    pub variance: Option<[Vec<f32>; 3]>,
 }
 
 impl Side {
-    fn new(image: ChannelImage, which: &'static str) -> Result<Self, CompareError> {
+    /// The beauty of `image`, which is called `which` if something is wrong with it.
+    ///
+    /// # Errors
+    /// Images without colour, and values that are not finite.
+    pub fn new(image: ChannelImage, which: &'static str) -> Result<Self, CompareError> {
         let own = |planes: [&[f32]; 3]| planes.map(<[f32]>::to_vec);
         let colour = image.rgb("").map(own).ok_or(CompareError::Colour(which))?;
         let variance = image.rgb("variance").map(own);
@@ -152,9 +161,14 @@ impl Side {
         Ok(Self { bounds: image.bounds, display: image.display, colour, variance })
     }
 
-    fn shape(&self) -> String {
-        let PixelBounds { x0, y0, x1, y1 } = self.bounds;
-        format!("columns {x0}..{x1} and rows {y0}..{y1} of {} × {}", self.display.width(), self.display.height())
+    /// Which pixels it has, in words.
+    pub fn shape(&self) -> String {
+        shape(self.bounds, self.display)
+    }
+
+    /// The luminance of pixel `i`.
+    pub fn luminance(&self, i: usize) -> f32 {
+        Rgb::new(self.colour[0][i], self.colour[1][i], self.colour[2][i]).luminance()
     }
 
     /// Mean of the channels of pixel `i`.
@@ -167,6 +181,12 @@ impl Side {
         let Some(variance) = &self.variance else { return 0.0 };
         (variance.iter().map(|plane| f64::from(plane[i]).max(0.0).sqrt()).sum::<f64>() / 3.0).powi(2)
     }
+}
+
+/// Which pixels there are, and of which image, in words.
+pub fn shape(bounds: PixelBounds, display: PixelBounds) -> String {
+    let PixelBounds { x0, y0, x1, y1 } = bounds;
+    format!("columns {x0}..{x1} and rows {y0}..{y1} of {} × {}", display.width(), display.height())
 }
 
 fn read_pair(a: &Path, b: &Path) -> Result<(Side, Side), CompareError> {
@@ -271,8 +291,8 @@ fn blocks(a: &Side, b: &Side, is_noise_known: bool) -> Blocks {
 }
 
 /// What brings the mean luminance of `b` to 0.18; 1 for a black image.
-fn exposure_scale(b: &Side) -> f32 {
-    let luminance = |i: usize| f64::from(Rgb::new(b.colour[0][i], b.colour[1][i], b.colour[2][i]).luminance());
+pub fn exposure_scale(b: &Side) -> f32 {
+    let luminance = |i: usize| f64::from(b.luminance(i));
     let mean = (0..b.bounds.area()).map(luminance).sum::<f64>() / b.bounds.area() as f64;
     if mean > 0.0 { (0.18 / mean) as f32 } else { 1.0 }
 }

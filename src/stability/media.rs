@@ -49,6 +49,13 @@ pub(super) const CASES: &[Case] = &[
         run: lobes,
     },
     Case {
+        name: "media.colours",
+        checks: "Media whose extinction is 1000 times as large in one channel as in another transmit by Beer's law in each, and are invisible if white.",
+        seconds: 1.0,
+        known: None,
+        run: colours,
+    },
+    Case {
         name: "media.split",
         checks: "A medium cut into two that touch, or into two of half its coefficients in one place, is the medium.",
         seconds: 1.2,
@@ -252,15 +259,15 @@ fn deep_paths(trial: &mut Trial) -> Result<(), Stop> {
 }
 
 fn nearly_white(trial: &mut Trial) -> Result<(), Stop> {
-    for albedo in [0.99, 0.999, 0.9999] {
-        let sigma = 1e4;
+    // The densest has free paths far shorter than the distance of neighbouring positions in f32.
+    for (albedo, sigma) in [(0.99, 1e4), (0.999, 1e4), (0.9999, 1e4), (0.99, 1e9)] {
         let medium = homogeneous("m", [(1.0 - albedo) * sigma; 3], [albedo * sigma; 3], "");
         let world = format!("{DOME}{medium}{}", boundary("m", "", CUBE));
         let shot = Shot { from: [0.0, 0.0, -4.0], to: [0.0; 3], fov: 0.1, size: 8, depth: FOREVER };
         let image = trial.render(&shot, &world, &How::spp(64))?;
         // Light gets about 1 / √(3 (1 − ϖ)) free paths deep, 58 of the 20,000 there are; and a side is 10⁴ away.
         trial.expect(
-            &format!("albedo {albedo}"),
+            &format!("albedo {albedo}, extinction {sigma:e}"),
             image.mean(),
             half_space(albedo),
             0.02,
@@ -293,6 +300,32 @@ fn lobes(trial: &mut Trial) -> Result<(), Stop> {
                 trial.mean(&sampled, image.mean(), 1.0, 0.02, floor, "a white furnace");
             }
         }
+    }
+    Ok(())
+}
+
+fn colours(trial: &mut Trial) -> Result<(), Stop> {
+    let sigma = [0.002f64, 0.3, 2.0];
+    type Medium = fn([f64; 3], [f64; 3]) -> String;
+    let fog: Medium = |a, s| homogeneous("m", a, s, "");
+    let smoke: Medium = |a, s| {
+        let coefficients = format!("\"rgb sigma_a\" [{}] \"rgb sigma_s\" [{}]", list(&a), list(&s));
+        grid("m", 4, &[1.0; 64], [[-4.0; 3], [4.0; 3]], &coefficients)
+    };
+    let shot = Shot { from: [0.0, 0.0, -100.0], to: [0.0; 3], fov: 0.1, size: 16, depth: FOREVER };
+    for (kind, medium) in [("homogeneous", fog), ("grid", smoke)] {
+        let cube = boundary("m", "", CUBE);
+        for (c, channel) in ["red", "green", "blue"].into_iter().enumerate() {
+            let mut sky = [0.0; 3];
+            sky[c] = 3.0;
+            let sky = DOME.replace("1 1 1", &list(&sky));
+            let image = trial.render(&shot, &format!("{sky}{}{cube}", medium(sigma, [0.0; 3])), &How::spp(256))?;
+            let expected = (-2.0 * sigma[c]).exp();
+            trial.expect(&format!("{kind}, {channel}"), image.mean(), expected, 0.1, "exp(−σ·length)");
+        }
+        let shot = Shot { from: [0.0, 0.0, -2.9], fov: 30.0, ..shot };
+        let image = trial.render(&shot, &format!("{SHELL}{DOME}{}{cube}", medium([0.0; 3], sigma)), &How::spp(64))?;
+        trial.expect(&format!("{kind}, white"), image.mean(), 1.0, 0.02, "a white furnace");
     }
     Ok(())
 }

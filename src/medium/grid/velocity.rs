@@ -89,6 +89,7 @@ pub type ComponentGrid = Arc<SparseGrid<Component>>;
 
 /// Velocities all over a medium.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a medium has one, and asks it in its inner loop")]
 pub enum VelocityField {
     /// One grid of vectors, in its place.
     Vectors(VelocityGrid, IndexMap),

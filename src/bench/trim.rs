@@ -3,8 +3,6 @@
 //! Which pixels are left out is decided once for a scene, by the squared error over all selections and seeds, each selection's relative to
 //! its own mean, so that the choice favours none.
 
-use super::error::mean;
-
 /// The share of pixels that is left out.
 const SHARE: f64 = 0.001;
 
@@ -33,4 +31,22 @@ pub fn kept(images: &[Vec<Squares>]) -> Vec<bool> {
 pub fn mean_of(kept: &[bool], squares: &[f64]) -> f64 {
     let values: Vec<f64> = squares.iter().zip(kept).filter(|(_, kept)| **kept).map(|(square, _)| *square).collect();
     mean(&values)
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_pixel_of_a_thousand_is_left_out() {
+        let mut square = vec![1.0; 1000];
+        square[7] = 100.0;
+        let kept = kept(&[vec![square.clone()], vec![vec![2.0; 1000]]]);
+        assert_eq!(kept.iter().position(|kept| !kept), Some(7));
+        assert_eq!((kept.iter().filter(|kept| **kept).count(), mean_of(&kept, &square)), (999, 1.0));
+    }
 }

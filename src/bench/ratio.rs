@@ -1,25 +1,34 @@
-//! Ratios of paired measurements.
+//! Ratios of paired measurements, and numbers that are above 0 in general: what they vary by is a factor.
 
 use serde::Serialize;
 
-use super::common::Estimate;
+use super::estimate::Estimate;
 
 /// The geometric mean of ratios and its 95 % confidence interval, from Student's t on their logarithms.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Ratio {
+    /// The mean.
     pub value: f64,
+    /// The interval's lower end; 0 where a single value tells nothing.
     pub low: f64,
+    /// The interval's upper end; infinite where a single value tells nothing.
     pub high: f64,
 }
 
 impl Ratio {
+    /// Of independent ratios; NaN if one of them is not above 0.
     pub fn of(ratios: impl Iterator<Item = f64>) -> Self {
         let Estimate { mean, half_width } = Estimate::of(&ratios.map(f64::ln).collect::<Vec<_>>());
         Self { value: mean.exp(), low: (mean - half_width).exp(), high: (mean + half_width).exp() }
     }
 
+    /// `12.0 (2.80 to 49.0)`.
     pub fn show(&self) -> String {
-        format!("{} ({} to {})", short(self.value), short(self.low), short(self.high))
+        match (self.value.is_finite(), self.high.is_finite()) {
+            (false, _) => "unknown".to_owned(),
+            (true, false) => short(self.value),
+            (true, true) => format!("{} ({} to {})", short(self.value), short(self.low), short(self.high)),
+        }
     }
 }
 

@@ -1,0 +1,174 @@
+//! One render: a process of its own, and what it says of itself.
+
+use std::fs::File;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::BenchError;
+use super::method::Method;
+
+/// How often it is looked whether a render has ended: what wall-clock times are certain to.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// What a render shall do.
+pub struct Task<'a> {
+    /// The scene file.
+    pub scene: &'a Path,
+    /// How.
+    pub method: &'a Method,
+    /// Width and height in place of the scene's.
+    pub resolution: Option<[u32; 2]>,
+    /// Threads.
+    pub threads: Option<u32>,
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Seed.
+    pub seed: u32,
+    /// Where the image goes; the statistics and what it says go beside it.
+    pub output: &'a Path,
+}
+
+/// What a render took. Seconds are those of the clock unless said.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Cost {
+    /// From starting the process to its end.
+    pub wall_seconds: f64,
+    /// Processor seconds of the whole process.
+    pub cpu_seconds: f64,
+    /// Processor seconds of rendering alone.
+    pub cpu_seconds_rendering: f64,
+    /// Reading the scene, its volumes, textures and shapes.
+    pub load_seconds: f64,
+    /// Building acceleration structures, lights and what selects them.
+    pub build_seconds: f64,
+    /// Rendering, learning included.
+    pub render_seconds: f64,
+    /// Largest resident memory in bytes.
+    pub peak_memory: f64,
+}
+
+/// What a render says of itself.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// What it took.
+    pub cost: Cost,
+    /// What traced its rays, with its version.
+    pub backend: String,
+}
+
+/// Why a render gave nothing.
+#[derive(Debug, thiserror::Error)]
+#[error("this render {how}:\n{command}\n{reason}")]
+pub struct RunError {
+    /// What it did instead.
+    pub how: String,
+    /// The command.
+    pub command: String,
+    /// What it said.
+    pub reason: String,
+    /// Its exit code, if it ended by itself.
+    pub code: Option<i32>,
+}
+
+impl Task<'_> {
+    /// What makes the image, without where it goes.
+    fn arguments(&self) -> Vec<String> {
+        let mut arguments: Vec<String> =
+            ["--spp", &self.spp.to_string(), "--seed", &self.seed.to_string()].map(str::to_owned).to_vec();
+        if let Some([width, height]) = self.resolution {
+            arguments.extend(["--resolution".to_owned(), format!("{width}x{height}")]);
+        }
+        if let Some(threads) = self.threads {
+            arguments.extend(["--threads".to_owned(), threads.to_string()]);
+        }
+        arguments.extend(self.method.arguments.iter().cloned());
+        arguments
+    }
+
+    /// The command that makes the image again.
+    pub fn command(&self) -> String {
+        let scene = self.scene.display().to_string();
+        let scene = if scene.contains(' ') { format!("'{scene}'") } else { scene };
+        format!("lanternfish render {scene} {}", self.arguments().join(" "))
+    }
+
+    fn error(&self, how: impl Into<String>, reason: impl Into<String>, code: Option<i32>) -> BenchError {
+        let error = RunError { how: how.into(), command: self.command(), reason: reason.into(), code };
+        BenchError::Render(error)
+    }
+}
+
+/// Renders, until it is done or `stop` is set.
+///
+/// # Errors
+/// [`BenchError::Render`] with what the render said, [`BenchError::Interrupted`].
+pub fn render(task: &Task, stop: &AtomicBool) -> Result<Rendered, BenchError> {
+    let (stats, said) = (task.output.with_extension("json"), task.output.with_extension("log"));
+    let fail = |error: &dyn std::fmt::Display| task.error("could not be started", error.to_string(), None);
+    let program = std::env::current_exe().map_err(|error| fail(&error))?;
+    let log = File::create(&said).map_err(|error| fail(&error))?;
+    let start = Instant::now();
+    let mut child = Command::new(program)
+        .arg("render")
+        .arg(task.scene)
+        .args(task.arguments())
+        .arg("--quiet")
+        .arg("-o")
+        .arg(task.output)
+        .arg("--stats")
+        .arg(&stats)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(log)
+        .spawn()
+        .map_err(|error| fail(&error))?;
+    let Some(status) = wait(&mut child, stop).map_err(|error| fail(&error))? else {
+        return Err(BenchError::Interrupted);
+    };
+    let wall_seconds = start.elapsed().as_secs_f64();
+    if !status.success() {
+        let reason = std::fs::read(&said).unwrap_or_default();
+        let how = status.code().map_or(format!("was ended ({status})"), |code| format!("ended with exit code {code}"));
+        return Err(task.error(how, String::from_utf8_lossy(&reason).trim_end(), status.code()));
+    }
+    let _ = std::fs::remove_file(&said);
+    let text =
+        std::fs::read_to_string(&stats).map_err(|error| task.error("wrote no statistics", error.to_string(), None))?;
+    let odd = || task.error("wrote statistics that cannot be read", text.chars().take(200).collect::<String>(), None);
+    rendered(&text, wall_seconds).ok_or_else(odd)
+}
+
+/// Waits for a render; `None` if `stop` was set, and the render ended with it.
+fn wait(child: &mut Child, stop: &AtomicBool) -> std::io::Result<Option<ExitStatus>> {
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok((!stop.load(Ordering::Relaxed)).then_some(status));
+        }
+        if stop.load(Ordering::Relaxed) {
+            child.kill()?;
+            child.wait()?;
+            return Ok(None);
+        }
+        std::thread::sleep(LOOK);
+    }
+}
+
+fn rendered(stats: &str, wall_seconds: f64) -> Option<Rendered> {
+    let stats: Value = serde_json::from_str(stats).ok()?;
+    let sum = |names: &[&str]| names.iter().map(|name| stats["seconds"][name].as_f64()).sum::<Option<f64>>();
+    let cost = Cost {
+        wall_seconds,
+        cpu_seconds: stats["cpu_seconds"].as_f64()?,
+        cpu_seconds_rendering: stats["cpu_seconds_rendering"].as_f64()?,
+        load_seconds: sum(&["parse", "volumes_and_textures", "geometry_load"])?,
+        build_seconds: sum(&["geometry_build", "lights", "cache_points"])?,
+        render_seconds: sum(&["render"])?,
+        peak_memory: stats["peak_memory"].as_f64()?,
+    };
+    Some(Rendered { cost, backend: stats["backend"].as_str()?.to_owned() })
+}
