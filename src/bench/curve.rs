@@ -29,6 +29,11 @@ impl Run {
         self.errors.mse * self.cost.cpu_seconds / 60.0
     }
 
+    /// The same of what was gathered.
+    pub fn gathered_ttuv(&self) -> f64 {
+        self.errors.gathered_rmse.powi(2) * self.cost.cpu_seconds / 60.0
+    }
+
     /// The same with minutes by the clock.
     pub fn ttuv_by_the_clock(&self) -> f64 {
         self.errors.mse * self.cost.wall_seconds / 60.0
@@ -42,6 +47,8 @@ pub struct Point {
     pub spp: u32,
     /// The RMSE.
     pub rmse: Ratio,
+    /// The RMSE of what was gathered.
+    pub gathered_rmse: Ratio,
     /// The relative mean square error.
     pub relative_mse: Ratio,
     /// HDR-FLIP.
@@ -68,6 +75,7 @@ impl Point {
         Self {
             spp,
             rmse,
+            gathered_rmse: band(|run| run.errors.gathered_rmse),
             relative_mse: band(|run| run.errors.relative_mse),
             flip: band(|run| run.errors.flip),
             ttuv: band(Run::ttuv),
@@ -141,7 +149,14 @@ pub(super) mod tests {
             render_seconds: seconds,
             peak_memory: 1.0,
         };
-        let errors = Errors { mse: rmse * rmse, rmse, relative_mse: rmse * rmse, flip: rmse, difference: 0.0 };
+        let errors = Errors {
+            mse: rmse * rmse,
+            rmse,
+            gathered_rmse: rmse,
+            relative_mse: rmse * rmse,
+            flip: rmse,
+            difference: 0.0,
+        };
         Run { seed, command: String::new(), cost, errors }
     }
 

@@ -8,7 +8,7 @@
 use serde::Serialize;
 
 use super::hdr_flip::HdrFlip;
-use super::reference::Reference;
+use super::reference::{Reference, gathered};
 use super::trim::Squares;
 use crate::report::compare::Side;
 
@@ -22,6 +22,9 @@ pub struct Errors {
     pub mse: f64,
     /// Its root; NaN where the reference is too noisy to tell.
     pub rmse: f64,
+    /// The RMSE of what was gathered: without what is seen of lights and fires themselves, whose edges are a matter of antialiasing and the same whatever
+    /// chooses lights. Less that of the reference, if it was made here; NaN where images do not tell, or the reference is too noisy.
+    pub gathered_rmse: f64,
     /// Mean of (a − b)² / (b² + ε), with ε = 0.01 (mean of b)², less that of the reference; NaN where that leaves nothing.
     pub relative_mse: f64,
     /// Mean HDR-FLIP error.
@@ -53,8 +56,20 @@ impl Errors {
         let relative_mse = Some(relative / values).filter(|mean| *mean >= 0.0).unwrap_or(f64::NAN);
         let errors = flip.errors(image);
         let flip = errors.iter().map(|&error| f64::from(error)).sum::<f64>() / count as f64;
-        (Self { mse, rmse: mse.sqrt(), relative_mse, flip, difference: difference / values }, squares)
+        let gathered_rmse = gathered_mse(image, reference).sqrt();
+        (Self { mse, rmse: mse.sqrt(), gathered_rmse, relative_mse, flip, difference: difference / values }, squares)
     }
+}
+
+/// Mean square error of what was gathered; NaN where images do not tell.
+fn gathered_mse(image: &Side, reference: &Reference) -> f64 {
+    let Some((a, b)) = gathered(image).zip(gathered(&reference.image)) else { return f64::NAN };
+    let own = |c: usize, i: usize| reference.own_gathered.as_ref().map_or(0.0, |own| f64::from(own[c][i]));
+    let squares = |c: usize| {
+        let pairs = a[c].iter().zip(&b[c]).enumerate();
+        pairs.map(move |(i, (a, b))| (f64::from(*a) - f64::from(*b)).powi(2) - own(c, i)).sum::<f64>()
+    };
+    (0..3).map(squares).sum::<f64>() / (3 * a[0].len()) as f64
 }
 
 fn ratio(square: f64, of: f64) -> f64 {
@@ -72,7 +87,8 @@ mod tests {
         // Uniform noise around 1.
         let mut value = || 1.0 + sigma * 12.0f32.sqrt() * (stream.next_f32() - 0.5);
         let colour = std::array::from_fn(|_| (0..bounds.area()).map(|_| value()).collect());
-        Side { bounds, display: bounds, colour, variance: None }
+        let emission = Some(std::array::from_fn(|_| vec![0.25; bounds.area()]));
+        Side { bounds, display: bounds, colour, variance: None, emission }
     }
 
     /// The truth is 1 everywhere, the reference noisier than the image. A product (a − b₁)(a − b₂) has a standard deviation of 0.0128, their
@@ -86,6 +102,7 @@ mod tests {
         let image = noisy(&mut stream, 0.05);
         let (errors, squares) = Errors::of(&image, &reference, &HdrFlip::new(&reference.image));
         assert!((errors.mse / 0.0025 - 1.0).abs() < 0.2, "{errors:?}");
+        assert!((errors.gathered_rmse / errors.rmse - 1.0).abs() < 1e-4, "{errors:?}");
         assert!((errors.relative_mse / (0.0025 / 1.01) - 1.0).abs() < 0.25, "{errors:?}");
         assert!(errors.difference.abs() < 0.01 && errors.flip > 0.0);
         assert_eq!(squares.len(), 64 * 64);

@@ -1,7 +1,7 @@
 //! What was set out to be reached in a scene.
 
 use super::bar::{Bar, Bound};
-use super::curve::Curve;
+use super::curve::{Curve, Run};
 use super::ratio::Ratio;
 use super::report::SceneReport;
 
@@ -10,6 +10,10 @@ use super::report::SceneReport;
 pub enum Quantity {
     /// RMSE² × minutes of processor time.
     Ttuv,
+    /// The same of gathered light: what chooses lights has no part in how lamps look that are in plain sight.
+    GatheredTtuv,
+    /// The RMSE of gathered light.
+    GatheredRmse,
     /// Processor seconds of rendering alone.
     RenderingTime,
 }
@@ -33,6 +37,8 @@ impl Goal {
         let (of, over) = (scene.curve(self.of)?, scene.curve(self.over)?);
         let (what, ratio): (_, fn(&Curve, &Curve) -> Ratio) = match self.quantity {
             Quantity::Ttuv => ("TTUV", |a, b| a.ratio(b, |run| run.ttuv())),
+            Quantity::GatheredTtuv => ("TTUV of gathered light", |a, b| a.ratio(b, Run::gathered_ttuv)),
+            Quantity::GatheredRmse => ("RMSE of gathered light", |a, b| a.ratio(b, |run| run.errors.gathered_rmse)),
             Quantity::RenderingTime => ("CPU s of rendering", |a, b| a.ratio(b, |run| run.cost.cpu_seconds_rendering)),
         };
         let name = format!("{}: {what}, {} over {}", scene.name, self.of, self.over);

@@ -85,7 +85,7 @@ mod tests {
     fn image(value: impl Fn(usize) -> f32) -> Side {
         let bounds = PixelBounds::full(16, 16);
         let plane: Vec<f32> = (0..bounds.area()).map(value).collect();
-        Side { bounds, display: bounds, colour: [plane.clone(), plane.clone(), plane], variance: None }
+        Side { bounds, display: bounds, colour: [plane.clone(), plane.clone(), plane], variance: None, emission: None }
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use std::sync::Once;
 
-use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
+use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
 use plotters::style::register_font;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -225,14 +225,7 @@ where
             chart.draw_series(line.below.iter().map(|&x| Circle::new((x, floor), 4, colour(index).stroke_width(1))))?;
         }
     }
-    chart
-        .configure_series_labels()
-        .label_font((FONT, 12))
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.2))
-        .position(SeriesLabelPosition::UpperRight)
-        .draw()?;
-    Ok(())
+    legend(&mut chart)
 }
 
 /// Where a logarithmic axis has numbers: at 1, 2 and 5 times the powers of ten, at the powers alone where those are many.
@@ -297,14 +290,17 @@ where
             .label(title)
             .legend(move |(x, y)| Rectangle::new([(x, y - 4), (x + 12, y + 4)], style));
     }
-    chart
-        .configure_series_labels()
-        .label_font((FONT, 12))
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.2))
-        .position(SeriesLabelPosition::UpperRight)
-        .draw()?;
-    Ok(())
+    legend(&mut chart)
+}
+
+/// The names of what is drawn.
+fn legend<'a, B: DrawingBackend + 'a, C: CoordTranslate>(chart: &mut ChartContext<'a, B, C>) -> Drawn
+where
+    B::ErrorType: 'static,
+{
+    let labels = &mut chart.configure_series_labels();
+    labels.label_font((FONT, 12)).background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.2));
+    Ok(labels.position(SeriesLabelPosition::UpperRight).draw()?)
 }
 
 type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;

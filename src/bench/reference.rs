@@ -34,6 +34,8 @@ pub struct Reference {
     pub image: Side,
     /// Its own mean square error at each pixel, by channel, where that is known: right on average only.
     pub own: Option<[Vec<f32>; 3]>,
+    /// The same of what was gathered: all that is not seen without being scattered.
+    pub own_gathered: Option<[Vec<f32>; 3]>,
     /// What it is worth.
     pub about: About,
 }
@@ -64,8 +66,15 @@ impl Reference {
             std::array::from_fn(|c| first.colour[c].iter().zip(&second.colour[c]).map(|(&a, &b)| of(a, b)).collect())
         };
         let own = map(|a, b| (0.5 * (a - b)).powi(2));
-        let image = Side { colour: map(|a, b| 0.5 * a + 0.5 * b), variance: None, ..first.clone() };
-        Self::new(image, Some(own))
+        let own_gathered = gathered(first).zip(gathered(second)).map(|(a, b)| {
+            let half = |(a, b): (&f32, &f32)| (0.5 * (a - b)).powi(2);
+            std::array::from_fn(|c| a[c].iter().zip(&b[c]).map(half).collect())
+        });
+        let mean = |(a, b): (&f32, &f32)| 0.5 * a + 0.5 * b;
+        let emission = first.emission.as_ref().zip(second.emission.as_ref());
+        let emission = emission.map(|(a, b)| std::array::from_fn(|c| a[c].iter().zip(&b[c]).map(mean).collect()));
+        let image = Side { colour: map(|a, b| 0.5 * a + 0.5 * b), variance: None, emission, ..first.clone() };
+        Self { own_gathered, ..Self::new(image, Some(own)) }
     }
 
     fn new(image: Side, own: Option<[Vec<f32>; 3]>) -> Self {
@@ -82,7 +91,7 @@ impl Reference {
             own_rmse: all.map(|all| (all / values).sqrt()),
             own_error_of_mean: all.map(|all| (3.0 * all).sqrt() / values),
         };
-        Self { image, own, about }
+        Self { image, own, own_gathered: None, about }
     }
 
     /// The one that `settings` ask for.
@@ -161,6 +170,13 @@ impl Reference {
         reference.about = About { how, files, commands, spp: 2 * half, ..reference.about };
         Ok(reference)
     }
+}
+
+/// All of an image that is not seen without being scattered, where it says so.
+pub fn gathered(image: &Side) -> Option<[Vec<f32>; 3]> {
+    let emission = image.emission.as_ref()?;
+    let rest = |c: usize| image.colour[c].iter().zip(&emission[c]).map(|(all, seen)| all - seen).collect();
+    Some(std::array::from_fn(rest))
 }
 
 /// How much is to be done for it, in units of what is told to a [`Watch`]: samples a pixel, or seconds.

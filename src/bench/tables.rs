@@ -40,15 +40,17 @@ fn mark(curve: &Curve) -> &'static str {
 fn errors(scene: &SceneReport) -> Table {
     let [width, height] = scene.pixels;
     let title = format!("{}: {} lights, {width} × {height} pixels: errors with most samples", scene.name, scene.lights);
-    let mut table = Table::new(title, &["method", "spp", "RMSE", "relative MSE", "HDR-FLIP", "TTUV"]);
+    let mut table =
+        Table::new(title, &["method", "spp", "RMSE", "of gathered light", "relative MSE", "HDR-FLIP", "TTUV"]);
     table.notes = notes(scene);
     table.notes.push(
-        "TTUV: RMSE² × processor minutes of the whole process. The reference's own error is taken off RMSE, relative MSE and TTUV"
+        "TTUV: RMSE² × processor minutes of the whole process. The reference's own error is taken off RMSE, relative MSE and TTUV. Gathered light: without what \
+         is seen of lights and fires themselves, whose edges are a matter of antialiasing"
             .to_owned(),
     );
     for curve in &scene.curves {
         let point = curve.last();
-        let bands = [point.rmse, point.relative_mse, point.flip, point.ttuv];
+        let bands = [point.rmse, point.gathered_rmse, point.relative_mse, point.flip, point.ttuv];
         let names = [curve.method.name.clone() + mark(curve), point.spp.to_string()];
         table.rows.push(names.into_iter().chain(bands.iter().map(Ratio::show)).collect());
     }
@@ -79,20 +81,23 @@ fn costs(scene: &SceneReport) -> Table {
 }
 
 fn ratios(scene: &SceneReport) -> Table {
-    let header = ["method", "TTUV", "TTUV, best 99.9 %", "RMSE", "CPU s", "wall s"];
+    let header = ["method", "TTUV", "TTUV, best 99.9 %", "TTUV, gathered", "RMSE", "RMSE, gathered", "CPU s", "wall s"];
     let Some(first) = scene.curves.first() else { return Table::new(scene.name.clone(), &header) };
     let name = &first.method.name;
     let mut table = Table::new(format!("{}: how many times the figure of {name}", scene.name), &header);
     table.notes.push(format!(
         "with most samples; 95 % confidence intervals, paired by seed, in parentheses. Above 1, {name} is better. Best 99.9 %: without the \
-         pixels that are worst over all methods, the same for each; where that differs, a few bright pixels decide"
+         pixels that are worst over all methods, the same for each; where that differs, a few bright pixels decide. Gathered: without what is seen of \
+         lights and fires themselves"
     ));
     for curve in &scene.curves {
         let of = |of: fn(&Run) -> f64| curve.ratio(first, of).show();
         let cells = [
             of(Run::ttuv),
             curve.trimmed_ratio(first).show(),
+            of(Run::gathered_ttuv),
             of(|run| run.errors.rmse),
+            of(|run| run.errors.gathered_rmse),
             of(|run| run.cost.cpu_seconds),
             of(|run| run.cost.wall_seconds),
         ];

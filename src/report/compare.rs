@@ -140,6 +140,8 @@ pub struct Side {
     pub colour: [Vec<f32>; 3],
     /// The variances of the pixels' means, where the image has them.
     pub variance: Option<[Vec<f32>; 3]>,
+    /// What of it is seen without being scattered, where the image has that (layer `emission`).
+    pub emission: Option<[Vec<f32>; 3]>,
 }
 
 impl Side {
@@ -151,14 +153,15 @@ impl Side {
         let own = |planes: [&[f32]; 3]| planes.map(<[f32]>::to_vec);
         let colour = image.rgb("").map(own).ok_or(CompareError::Colour(which))?;
         let variance = image.rgb("variance").map(own);
-        let planes = || colour.iter().chain(variance.iter().flatten());
+        let emission = image.rgb("emission").map(own);
+        let planes = || colour.iter().chain(variance.iter().flatten()).chain(emission.iter().flatten());
         let count = planes().flatten().filter(|v| !v.is_finite()).count();
         if count > 0 {
             let first = planes().filter_map(|plane| plane.iter().position(|v| !v.is_finite())).min().unwrap_or(0);
             let pixel = image.bounds.pixels().nth(first).unwrap_or_default();
             return Err(CompareError::NotFinite { which, count, pixel });
         }
-        Ok(Self { bounds: image.bounds, display: image.display, colour, variance })
+        Ok(Self { bounds: image.bounds, display: image.display, colour, variance, emission })
     }
 
     /// Which pixels it has, in words.
