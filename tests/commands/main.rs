@@ -1,0 +1,15 @@
+//! The built program: what it reads, refuses, says and writes.
+//!
+//! One program for all of them: it is linked once, and its tests keep all processors busy.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../program/mod.rs"]
+mod program;
+
+mod bad_input;
+mod bad_values;
+mod bench;
+mod command_line;
+mod replay;
+mod stability;

@@ -1,0 +1,15 @@
+//! Whole images: against theory, against another renderer, and against each other.
+//!
+//! One program for all of them: it is linked once, and its tests keep all processors busy.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod analytic;
+mod backends;
+mod consistency;
+mod determinism;
+mod furnace;
+mod gallery;
+mod real_files;
+mod references;
