@@ -52,14 +52,17 @@ pub fn of(scene: &SceneReport) -> Vec<Plot<'_>> {
     type Quantity = fn(&Point) -> Ratio;
     let cpu: Quantity = |point| point.cpu_seconds;
     let wall: Quantity = |point| point.wall_seconds;
-    let quantities: [(&'static str, &'static str, &'static str, Quantity, bool); 4] = [
+    let quantities: [(&'static str, &'static str, &'static str, Quantity, bool); 5] = [
         ("rmse-cpu", "rmse-wall", "RMSE", |point| point.rmse, true),
+        ("gathered-cpu", "gathered-wall", "RMSE of gathered light", |point| point.gathered_rmse, false),
         ("relative-mse-cpu", "relative-mse-wall", "relative MSE", |point| point.relative_mse, false),
         ("flip-cpu", "flip-wall", "HDR-FLIP", |point| point.flip, false),
         ("ttuv-cpu", "ttuv-wall", "TTUV", |point| point.ttuv, false),
     ];
     let mut plots = vec![];
-    for (by_cpu, by_wall, title, y, has_floor) in quantities {
+    // Images may not tell gathered light apart.
+    let tells = scene.curves.iter().flat_map(|curve| &curve.points).any(|point| point.gathered_rmse.value > 0.0);
+    for (by_cpu, by_wall, title, y, has_floor) in quantities.into_iter().filter(|q| tells || q.0 != "gathered-cpu") {
         for (name, x, over) in [(by_cpu, cpu, CPU), (by_wall, wall, WALL)] {
             // Minutes of TTUV are those of the axis.
             let y = if name == "ttuv-wall" { |point: &Point| point.ttuv_by_the_clock } else { y };

@@ -3,8 +3,9 @@
 //!
 //! With it the environment variable `LANTERNFISH_FAULT` names the one that is injected. `tests/faults.rs` lists which check catches which.
 
-/// What may be wrong.
+/// What may be wrong. In the environment each has its name in lower case with hyphens: `dropped-cosine`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "faults", derive(clap::ValueEnum))]
 pub enum Fault {
     /// A dropped term: light samples at surfaces leave out the cosine.
     DroppedCosine,
@@ -38,24 +39,9 @@ pub enum Fault {
 mod injected {
     use std::sync::OnceLock;
 
-    use super::Fault;
+    use clap::ValueEnum;
 
-    /// Their names in the environment.
-    const NAMES: [(&str, Fault); 13] = [
-        ("dropped-cosine", Fault::DroppedCosine),
-        ("half-bsdf-pdf", Fault::HalfBsdfPdf),
-        ("certain-light", Fault::CertainLight),
-        ("single-precision-sums", Fault::SinglePrecisionSums),
-        ("no-offset", Fault::NoOffset),
-        ("free-roulette", Fault::FreeRoulette),
-        ("colourless-null", Fault::ColourlessNull),
-        ("no-density-limit", Fault::NoDensityLimit),
-        ("mirrored-phase", Fault::MirroredPhase),
-        ("low-majorant", Fault::LowMajorant),
-        ("fire-twice", Fault::FireTwice),
-        ("points-alone", Fault::PointsAlone),
-        ("not-a-number", Fault::NotANumber),
-    ];
+    use super::Fault;
 
     static CURRENT: OnceLock<Option<Fault>> = OnceLock::new();
 
@@ -64,9 +50,9 @@ mod injected {
     pub fn is(fault: Fault) -> bool {
         let current = CURRENT.get_or_init(|| {
             let name = std::env::var("LANTERNFISH_FAULT").ok()?;
-            let found = NAMES.iter().find(|(known, _)| *known == name);
             // A test that asks for a fault that there is not would prove nothing.
-            Some(found.unwrap_or_else(|| panic!("LANTERNFISH_FAULT={name} is none of {NAMES:?}")).1)
+            let found = Fault::from_str(&name, false);
+            Some(found.unwrap_or_else(|_| panic!("LANTERNFISH_FAULT={name} is none of {:?}", Fault::value_variants())))
         });
         *current == Some(fault)
     }
