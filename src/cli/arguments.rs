@@ -12,7 +12,9 @@ use crate::cache_points::learn::VisibilityRule;
 use crate::cache_points::{CacheSettings, DEFAULT_ENTRIES};
 use crate::film::{FilmOverrides, RejectedSample};
 use crate::geometry::Backend;
-use crate::render::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights, VolumeSampling};
+use crate::render::{
+    Budget, LightSelection, PngOutput, RenderSettings, SamplerKind, ViewRays, VolumeLights, VolumeSampling,
+};
 
 /// Renders scenes with very many lights and OpenVDB volumes.
 #[derive(Debug, Parser)]
@@ -83,6 +85,12 @@ pub struct RenderArguments {
     /// How scattering points are sampled along camera rays through media.
     #[arg(long, value_enum, default_value_t = VolumeSampling::Auto)]
     pub volume_sampling: VolumeSampling,
+    /// Whether a sample looks for what shines straight into the camera by more rays than its path's where that pays.
+    #[arg(long, value_enum, default_value_t = ViewRays::Auto)]
+    pub view_rays: ViewRays,
+    /// How the samples of a pixel relate to each other.
+    #[arg(long, value_enum, default_value_t = SamplerKind::Scene)]
+    pub sampler: SamplerKind,
     /// Whether and how cache points learn which lights are hidden.
     #[arg(long, value_enum, default_value_t = VisibilityRule::Clusters, help_heading = "Cache points")]
     pub cache_visibility: VisibilityRule,
@@ -289,6 +297,8 @@ impl RenderArguments {
             light_candidates: self.light_candidates,
             volume_lights: self.volume_lights,
             volume_sampling: self.volume_sampling,
+            view_rays: self.view_rays,
+            sampler: self.sampler,
             debug_cache_points: self.debug_cache_points.clone(),
             cache: CacheSettings {
                 gathering: self.cache_gathering,

@@ -10,6 +10,8 @@ pub struct Counters {
     pub paths: u64,
     /// Closest-hit queries.
     pub closest_rays: u64,
+    /// Of those, rays from the camera that asked only what shines straight into it.
+    pub view_rays: u64,
     /// Occlusion queries.
     pub shadow_rays: u64,
     /// Occlusion queries that were blocked.

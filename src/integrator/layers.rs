@@ -12,6 +12,8 @@ pub(super) struct Layers {
     pub first: Option<FirstVertex>,
     /// What media on the camera ray emit towards the camera.
     pub glow: Rgb,
+    /// What surfaces and environments shine straight into the camera. It is no part of `result` before [`Layers::whole`].
+    pub seen: Rgb,
 }
 
 /// Where a path is scattered first.
@@ -26,25 +28,34 @@ pub(super) enum FirstVertex {
 impl Layers {
     /// Nothing yet, of a path from a camera.
     pub fn new() -> Self {
-        Self { result: SampleResult { depth: f32::INFINITY, ..Default::default() }, first: None, glow: Rgb::BLACK }
+        Self { result: SampleResult { depth: f32::INFINITY, ..Default::default() }, ..Self::default() }
     }
 
     /// Adds light that arrives after `depth` bounces, from a medium or from elsewhere.
     #[inline]
     pub fn add(&mut self, contribution: Rgb, depth: u32, from_medium: bool) {
+        if self.first.is_none() && !from_medium {
+            self.seen += contribution;
+            return;
+        }
         let result = &mut self.result;
         result.beauty += contribution;
         match (self.first, depth) {
             (None, _) => {
                 result.emission += contribution;
-                if from_medium {
-                    self.glow += contribution;
-                }
+                self.glow += contribution;
             }
             (Some(FirstVertex::Medium), _) => result.volume += contribution,
             (Some(FirstVertex::Surface), 1) => result.direct += contribution,
             (Some(FirstVertex::Surface), _) => result.indirect += contribution,
         }
+    }
+
+    /// The sums, with `seen` for what surfaces and environments shine straight into the camera.
+    pub fn whole(mut self, seen: Rgb) -> SampleResult {
+        self.result.beauty += seen;
+        self.result.emission += seen;
+        self.result
     }
 
     /// Adds light that a medium scatters back along the path's ray, found beside the path, as its bounce number `depth`.

@@ -10,6 +10,7 @@ mod layers;
 pub mod light_choice;
 pub mod path;
 pub mod record;
+pub mod view_ray;
 mod volume_light;
 pub mod world;
 

@@ -80,7 +80,8 @@ pub(super) struct Walk {
     pub index: u32,
 }
 
-/// The radiance that arrives along `ray` from a camera, as one unbiased sample, sorted into layers.
+/// The radiance that arrives along `ray` from a camera, as one unbiased sample, sorted into layers. `seen` is told what of it surfaces and environments
+/// shine straight into the camera, and answers with another unbiased sample of that, which the result has in its place.
 ///
 /// `MEDIA` is whether the world has any: without, the code for them is not there.
 pub fn trace_path<const MEDIA: bool>(
@@ -89,6 +90,7 @@ pub fn trace_path<const MEDIA: bool>(
     ray: Ray,
     random: &SamplePoint,
     scratch: &mut Scratch,
+    seen: impl FnOnce(Rgb, &mut Scratch) -> Rgb,
 ) -> SampleResult {
     scratch.counters.paths += 1;
     world.light_choice.begin_path(&mut scratch.lights);
@@ -105,7 +107,9 @@ pub fn trace_path<const MEDIA: bool>(
     if MEDIA {
         scratch.in_scatter.glow = layers.glow;
     }
-    layers.result
+    let seen = seen(layers.seen, scratch);
+    scratch.note(|| Event::Seen { brought: seen });
+    layers.whole(seen)
 }
 
 /// Goes on along a path until it ends, and adds what it meets to `layers`.
@@ -327,7 +331,7 @@ pub(super) fn walk<const MEDIA: bool>(
             break;
         }
     }
-    scratch.note(|| Event::End { so_far: layers.result.beauty });
+    scratch.note(|| Event::End { so_far: layers.result.beauty + layers.seen });
     if let Some(vertex) = mixed {
         let rest = layers.result.beauty - (vertex.before + vertex.light);
         scratch.in_scatter.add_own(&vertex, rest);
@@ -338,7 +342,7 @@ pub(super) fn walk<const MEDIA: bool>(
 /// lens has put the ray. Only boundaries count on that way, not surfaces that separate media, and boundaries count as they stand at the
 /// ray's time.
 #[inline]
-fn camera_regions(world: &World, ray: &Ray, scratch: &mut Scratch) -> Regions {
+pub(super) fn camera_regions(world: &World, ray: &Ray, scratch: &mut Scratch) -> Regions {
     let mut regions = world.camera_regions.clone();
     let distance = ray.origin.length();
     if distance > 0.0 {

@@ -47,6 +47,11 @@ pub enum Event {
         /// What arrives from it, times the path's throughput and the weight of multiple importance sampling.
         brought: Rgb,
     },
+    /// What surfaces and environments shine straight into the camera was found.
+    Seen {
+        /// It, as a mean over the path's own camera ray and those that asked for that alone.
+        brought: Rgb,
+    },
     /// The path ended.
     End {
         /// What it has brought in all.
@@ -60,6 +65,7 @@ impl Event {
         match self {
             Self::Vertex { p, throughput, so_far, .. } => p.is_finite() && throughput.is_finite() && so_far.is_finite(),
             Self::Light { pmf, brought, .. } => pmf.is_finite() && brought.is_finite(),
+            Self::Seen { brought } => brought.is_finite(),
             Self::End { so_far } => so_far.is_finite(),
         }
     }
@@ -83,7 +89,8 @@ impl PathRecord {
         if is_first_fault {
             self.first_fault = Some(self.events.len());
         }
-        if self.events.len() < MOST_EVENTS || is_first_fault || matches!(event, Event::End { .. }) {
+        if self.events.len() < MOST_EVENTS || is_first_fault || matches!(event, Event::End { .. } | Event::Seen { .. })
+        {
             self.events.push(event);
         } else {
             self.left_out += 1;

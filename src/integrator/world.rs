@@ -54,6 +54,11 @@ impl World {
         fires.map(|fire| fire.bounds().unwrap_or(everywhere)).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 
+    /// Whether any surface or environment may be seen to shine.
+    pub fn shines(&self) -> bool {
+        !self.lights.infinite().is_empty() || self.geometry.shapes.iter().any(|shape| shape.light.is_some())
+    }
+
     /// Whether any path can be in a medium. Scenes without never run the code for media.
     pub fn has_media(&self) -> bool {
         !self.media.is_empty()

@@ -63,8 +63,17 @@ pub struct SamplePoint {
 }
 
 impl SamplePoint {
-    /// The numbers of the sample `id`.
+    /// The numbers of the sample `id`, well distributed over the samples of its pixel.
     pub fn new(id: SampleId) -> Self {
+        Self::of(id, false)
+    }
+
+    /// The numbers of the sample `id`, independent of those of all others.
+    pub fn independent(id: SampleId) -> Self {
+        Self::of(id, true)
+    }
+
+    fn of(id: SampleId, is_independent: bool) -> Self {
         let SampleId { seed, pixel: [x, y], sample } = id;
         // openqmc tells pixels apart by the low eight bits of x and y: the rest goes in as a domain of its own.
         // Its sequences are 2^16 points long, and it would go on with those of the next frame: the seed is no frame, and both the seed and
@@ -72,8 +81,10 @@ impl SamplePoint {
         let sequence = mix(u64::from(seed) << 32 | u64::from(sample >> SEQUENCE_BITS));
         let page = mix(sequence ^ (u64::from(x >> 8) << 32 | u64::from(y >> 8))) as i32;
         let in_sequence = (sample & ((1 << SEQUENCE_BITS) - 1)) as i32;
-        let root = SobolSampler::new((x & 255) as i32, (y & 255) as i32, 0, in_sequence);
         let key = mix(mix(u64::from(seed) << 32 | u64::from(sample)) ^ (u64::from(x) << 32 | u64::from(y)));
+        // The first point of a sequence scrambled for this sample alone depends on no other.
+        let (page, in_sequence) = if is_independent { (mix(key) as i32, 0) } else { (page, in_sequence) };
+        let root = SobolSampler::new((x & 255) as i32, (y & 255) as i32, 0, in_sequence);
         Self { root: root.new_domain(page), key }
     }
 
@@ -248,6 +259,32 @@ mod tests {
         }
         assert_counts("pixels", &counts, &[256.0; 256]);
         assert_counts("vertices", &across_vertices, &[256.0; 256]);
+    }
+
+    /// Pairs of numbers of one sample, and the same number of successive samples of one pixel and of samples of neighbours, fall evenly over 16 × 16
+    /// cells, and some cells stay empty for as long as chance has it.
+    #[test]
+    fn independent_samples_are_uniform_and_independent() {
+        let at = |pixel, sample| {
+            let [a, b] = SamplePoint::independent(SampleId { seed: 4, pixel, sample }).draw(1, Dimension::Light);
+            [a, b]
+        };
+        let cell = |x: f32, y: f32| (x * 16.0) as usize * 16 + (y * 16.0) as usize;
+        let (mut within, mut after, mut beside) = (vec![0.0; 256], vec![0.0; 256], vec![0.0; 256]);
+        for i in 0..65_536u32 {
+            let [[a, b], [c, _], [d, _]] = [at([3, 4], i), at([3, 4], i + 1), at([4, 4], i)];
+            within[cell(a, b)] += 1.0;
+            after[cell(a, c)] += 1.0;
+            beside[cell(a, d)] += 1.0;
+        }
+        for (name, counts) in [("within", within), ("after", after), ("beside", beside)] {
+            assert_counts(name, &counts, &[256.0; 256]);
+        }
+        // Sobol' points would leave none of 256 intervals empty; of independent ones e^-1 are.
+        let mut is_met = [false; 256];
+        (0..256).for_each(|i| is_met[(at([9, 9], i)[0] * 256.0) as usize] = true);
+        let empty = is_met.iter().filter(|is_met| !**is_met).count();
+        assert!((60..130).contains(&empty), "{empty}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! Only the film is foreseen. Everything else in memory comes from files that are there, and reading them is bounded by
 //! limits of its own (text by what is left while its shapes pile up, images by size, volumes by the reader process's memory).
 
+use super::splitting::Splitting;
 use crate::film::{Film, FilmSettings};
 use crate::scene::{SceneDescription, SceneError, SceneErrorKind};
 use crate::system::memory::available;
@@ -20,7 +21,8 @@ pub fn of_film(film: &FilmSettings) -> usize {
 /// # Errors
 /// `Limit`, at the film's place, with both sizes.
 pub fn check_film(scene: &SceneDescription, film: &FilmSettings) -> Result<(), Box<SceneError>> {
-    let needed = of_film(film) as u64;
+    // And for splitting camera rays, should the scene have a use for that.
+    let needed = of_film(film).saturating_add(Splitting::memory_for(film.bounds.area())) as u64;
     match available() {
         Some(left) if needed > left => {
             let (width, height) = (film.bounds.width(), film.bounds.height());

@@ -7,11 +7,13 @@
 pub mod build;
 pub mod memory;
 pub mod mixing;
+mod pass;
 pub mod plan;
 pub mod progress;
 pub mod regions;
 pub mod replay;
 pub mod settings;
+pub mod splitting;
 pub mod stats;
 pub mod timing;
 
@@ -19,25 +21,27 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use glam::{DVec3, Vec2};
-use rayon::prelude::*;
+use glam::DVec3;
 
-use crate::film::{Film, FilmSettings, PixelSamples, SampleResult};
+use crate::film::{Film, FilmSettings, FilmTile};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
 use crate::geometry::trace::TraceError;
 use crate::integrator::in_scatter::equi_angular::EquiAngular;
 use crate::integrator::path::MOST_BOUNCES;
-use crate::integrator::{Counters, LightChoice, PathSettings, Scratch, World, trace_path};
-use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
+use crate::integrator::{Counters, LightChoice, PathSettings, World};
 use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
-use mixing::{Mixing, PixelEvidence, TileMix};
+use mixing::Mixing;
+use pass::{Guides, Pass};
 use plan::Plan;
 use progress::Tracking;
 pub use progress::{Progress, ProgressState, Silent};
 pub use replay::{Replay, ReplayError};
-pub use settings::{Budget, LightSelection, PngOutput, RenderSettings, VolumeLights, VolumeSampling};
+pub use settings::{
+    Budget, LightSelection, PngOutput, RenderSettings, SamplerKind, ViewRays, VolumeLights, VolumeSampling,
+};
+use splitting::Splitting;
 use stats::Iteration;
 pub use timing::Timings;
 
@@ -93,6 +97,10 @@ pub struct Job {
     pub path: PathSettings,
     /// How scattering points are sampled, where in-scatter sampling is there.
     pub in_scatter: Option<VolumeSampling>,
+    /// Whether camera rays are split where that pays.
+    pub splits_views: bool,
+    /// Whether the samples of a pixel know nothing of each other.
+    pub is_independent: bool,
     /// What was built and left out.
     pub plan: Plan,
     /// Seconds so far.
@@ -184,7 +192,13 @@ impl Job {
         let is_known = world.equi_angular.is_some() || world.light_choice.cache_points().is_some();
         let draws = choice.in_scatter && (settings.plan_only || is_known);
         let in_scatter = draws.then_some(settings.volume_sampling);
-        let plan = Plan::of(&world, &camera, draws, memory::of_film(&film));
+        let is_independent = match settings.sampler {
+            SamplerKind::Scene => scene.sampler.kind == "independent",
+            SamplerKind::Sobol => false,
+            SamplerKind::Independent => true,
+        };
+        let splits_views = settings.view_rays == ViewRays::Auto && world.shines();
+        let plan = Plan::of(&world, &camera, draws, splits_views, &film);
         Ok(Self {
             world,
             camera,
@@ -193,6 +207,8 @@ impl Job {
             aovs: true,
             path,
             in_scatter,
+            splits_views,
+            is_independent,
             plan,
             timings,
             scene_spp,
@@ -215,7 +231,7 @@ impl Job {
         };
         let tracking = Tracking::new(budget, limit, self.film.bounds.area() as u64, start, progress);
         progress.start(tracking.total());
-        let mut mixing = self.mixing();
+        let mut guides = self.guides(&film);
         let mut done = 0;
         while done < limit && !interrupt.load(Ordering::Relaxed) {
             // 1, 1, 2, 4, 8 …: the image's sample count doubles.
@@ -228,20 +244,22 @@ impl Job {
                 }
                 pass = pass.min(affordable as u32);
             }
-            let learns = self.begin_pass(&mut mixing, done);
+            let learns = self.begin_pass(&mut guides, done);
             let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking, learns };
-            let [drawing, points] = mixing.summary();
-            let done_now = context.run(&mut film, &mut mixing);
+            let [drawing, points] = guides.mixing.summary();
+            let view_rays = guides.splitting.as_ref().map_or(0.0, Splitting::mean);
+            let done_now = context.run(&mut film, &mut guides);
             counters += done_now;
             let mut iteration = Iteration::new(pass, &done_now);
-            (iteration.in_scatter_regions, iteration.in_scatter_points) = (drawing, points);
+            (iteration.in_scatter_regions, iteration.in_scatter_points, iteration.view_rays) =
+                (drawing, points, view_rays);
             let is_interrupted = interrupt.load(Ordering::Relaxed);
             if !is_interrupted {
                 done += pass;
             }
             if !is_interrupted && done < limit {
                 let start = Instant::now();
-                self.learn(&mut mixing, pass);
+                self.learn(&mut guides, pass);
                 iteration.learning = start.elapsed().as_secs_f64();
             }
             iterations.push(iteration);
@@ -263,14 +281,17 @@ impl Job {
         Outcome { film, samples_per_pixel: done, counters, iterations, interrupted: interrupt.load(Ordering::Relaxed) }
     }
 
-    /// How tiles sample scattering points before anything is known.
-    fn mixing(&self) -> Mixing {
+    /// What passes go by before anything is known.
+    fn guides(&self, film: &Film) -> Guides {
         let is_shared = matches!(self.world.light_choice, LightChoice::CachePoints(_));
-        Mixing::new(self.film.bounds, self.in_scatter, is_shared)
+        let tiles = film.tiles().iter().map(FilmTile::bounds);
+        let mixing = Mixing::new(self.film.bounds, self.in_scatter, is_shared);
+        Guides { mixing, splitting: self.splits_views.then(|| Splitting::new(tiles, self.film.bounds)) }
     }
 
-    /// A pass begins where `done` samples a pixel have been taken. Returns whether what earlier passes found has a say in it.
-    fn begin_pass(&mut self, mixing: &mut Mixing, done: u32) -> bool {
+    /// A pass begins where `done` samples a pixel have been taken. Returns whether what earlier passes found has a say in its paths.
+    fn begin_pass(&mut self, guides: &mut Guides, done: u32) -> bool {
+        let mixing = &mut guides.mixing;
         mixing.begin_pass(done);
         if !mixing.is_off() && self.world.equi_angular.is_none() {
             self.world.begin_scattering();
@@ -279,10 +300,13 @@ impl Job {
     }
 
     /// A pass of so many samples a pixel is over, and another one follows: takes over what it taught.
-    fn learn(&mut self, mixing: &mut Mixing, pass: u32) {
-        mixing.decide(pass);
-        if mixing.is_off() {
+    fn learn(&mut self, guides: &mut Guides, pass: u32) {
+        guides.mixing.decide(pass);
+        if guides.mixing.is_off() {
             self.world.light_choice.end_scattering();
+        }
+        if let Some(splitting) = &mut guides.splitting {
+            splitting.decide();
         }
         self.world.light_choice.learn(&self.world.lights);
     }
@@ -330,104 +354,4 @@ fn warn_about_engine(scene: &SceneDescription, warnings: &mut Warnings) -> Resul
     params.warn_unused(warnings);
     scene.sampler.params.warn_unused(warnings);
     Ok(())
-}
-
-/// One pass over all pixels.
-struct Pass<'a> {
-    job: &'a Job,
-    seed: u32,
-    samples: std::ops::Range<u32>,
-    interrupt: &'a AtomicBool,
-    tracking: &'a Tracking<'a>,
-    /// Whether what earlier passes found has a say in it.
-    learns: bool,
-}
-
-impl Pass<'_> {
-    fn run(&self, film: &mut Film, mixing: &mut Mixing) -> Counters {
-        let media = self.job.world.has_media();
-        film.tiles_mut()
-            .par_iter_mut()
-            .zip(mixing.tiles_mut())
-            .map_init(Scratch::default, |scratch, (tile, mix)| {
-                if self.interrupt.load(Ordering::Relaxed) {
-                    return Counters::default();
-                }
-                scratch.counters = Counters::default();
-                let bounds = tile.bounds();
-                // What rays share never leaves the tile.
-                scratch.in_scatter.forget();
-                mix.begin_pass(tile.mean_level());
-                for pixel in bounds.pixels() {
-                    let samples = if media {
-                        self.pixel::<true>(pixel, mix, tile.level(pixel), scratch)
-                    } else {
-                        self.pixel::<false>(pixel, mix, 0.0, scratch)
-                    };
-                    tile.merge(pixel, &samples);
-                }
-                self.tracking.tile_ended(bounds.area() as u64 * self.samples.len() as u64);
-                scratch.counters
-            })
-            .sum()
-    }
-
-    /// The addresses of a sample's random numbers, for its camera ray and for its path. The samples of a pixel are points of one sequence, each where
-    /// the others are not. Where one pass learns from the one before that would be bias, so then paths have a sequence of their own in every
-    /// pass. Camera rays need none: whatever was learned, the path along a ray is expected to bring what arrives along it, and the rays
-    /// as such are spread evenly.
-    fn sample_ids(&self, pixel: [u32; 2], sample: u32) -> [SampleId; 2] {
-        let (first, of_all) = (self.samples.start, SampleId { seed: self.seed, pixel, sample });
-        if first > 0 && self.learns {
-            let seed = mix(u64::from(self.seed) << 32 | u64::from(first)) as u32;
-            return [of_all, SampleId { seed, pixel, sample: sample - first }];
-        }
-        [of_all; 2]
-    }
-
-    /// One sample of a pixel.
-    #[inline]
-    fn sample<const MEDIA: bool>(&self, pixel: [u32; 2], sample: u32, scratch: &mut Scratch) -> SampleResult {
-        let job = self.job;
-        let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
-        let [camera, random] = self.sample_ids(pixel, sample).map(SamplePoint::new);
-        let [jitter_x, jitter_y, lens_u, lens_v] = camera.draw::<4>(0, Dimension::Camera);
-        let [u_time] = camera.draw::<1>(0, Dimension::Time);
-        let position = corner + Vec2::splat(0.5) + job.film.filter.sample([jitter_x, jitter_y]);
-        let ray = job.camera.ray(position, [lens_u, lens_v], u_time);
-        trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch)
-    }
-
-    /// One pixel, in which `level` is what it has come to so far.
-    fn pixel<const MEDIA: bool>(
-        &self,
-        pixel: [u32; 2],
-        mix: &mut TileMix,
-        level: f64,
-        scratch: &mut Scratch,
-    ) -> PixelSamples {
-        let mut evidence = PixelEvidence::default();
-        let before = if MEDIA { scratch.counters.work() } else { 0 };
-        if MEDIA {
-            let (count, mix) = mix.way_at(pixel);
-            scratch.in_scatter.begin_pixel(count, mix);
-        }
-        let mut samples = PixelSamples::new(self.job.film.sensor);
-        for sample in self.samples.clone() {
-            // A pass of a long render may take minutes a tile: stopping must not wait for it.
-            if self.interrupt.load(Ordering::Relaxed) {
-                break;
-            }
-            let result = self.sample::<MEDIA>(pixel, sample, scratch);
-            samples.add(sample, &result);
-            if MEDIA && scratch.in_scatter.is_on() {
-                evidence.add(&result, scratch);
-            }
-        }
-        if MEDIA && scratch.in_scatter.is_on() {
-            mix.add(&evidence, level);
-            mix.add_work(scratch.counters.work() - before, scratch.in_scatter.work);
-        }
-        samples
-    }
 }

@@ -3,6 +3,9 @@
 
 use serde::Serialize;
 
+use super::memory;
+use super::splitting::Splitting;
+use crate::film::FilmSettings;
 use crate::geometry::camera::Camera;
 use crate::geometry::{MotionTransform, Shape};
 use crate::integrator::{LightChoice, World};
@@ -31,9 +34,9 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan that `world` was built by, seen from `camera`. `in_scatter` is whether scattering points are sampled by cache points too, `film_bytes`
-    /// what rendering and writing the image take.
-    pub fn of(world: &World, camera: &Camera, in_scatter: bool, film_bytes: usize) -> Self {
+    /// The plan that `world` was built by, seen from `camera` on `film`. `in_scatter` is whether scattering points are sampled by cache points too,
+    /// `splits_views` whether camera rays are split.
+    pub fn of(world: &World, camera: &Camera, in_scatter: bool, splits_views: bool, film: &FilmSettings) -> Self {
         let mut plan = Self { systems: vec![] };
         let geometry = &world.geometry;
         let shapes = &geometry.shapes;
@@ -84,7 +87,14 @@ impl Plan {
             Some(linking) => (linking.memory(), link_counts(linking)),
         };
         plan.systems.push(System { name: "light linking", built: lights.linking().is_some(), reason, bytes });
-        plan.built("film", "beauty, variance and layers".to_owned(), film_bytes);
+        let reason = match (splits_views, world.shines()) {
+            (true, _) => "what shines straight into the camera is looked for by more rays where they disagree",
+            (false, true) => "switched off: each path's camera ray alone finds what shines straight into the camera",
+            (false, false) => "no surface or environment can be seen to shine",
+        };
+        let bytes = if splits_views { Splitting::memory_for(film.bounds.area()) } else { 0 };
+        plan.systems.push(System { name: "view rays", built: splits_views, reason: reason.to_owned(), bytes });
+        plan.built("film", "beauty, variance and layers".to_owned(), memory::of_film(film));
         plan
     }
 

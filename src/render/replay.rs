@@ -10,9 +10,9 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::mixing::TileMix;
+use super::pass::{Pass, TileGuides};
 use super::progress::Tracking;
-use super::{Budget, Job, Pass, Progress};
+use super::{Budget, Job, Progress};
 use crate::film::{Film, FilmTile, RejectedSample, SampleResult};
 use crate::integrator::Scratch;
 use crate::integrator::record::{Event, PathRecord, VertexKind};
@@ -72,39 +72,39 @@ impl Job {
         let (passes, own) = passes_up_to(sample.sample, passes);
         let done: u32 = passes.iter().sum();
         let end = done.saturating_add(own).min(limit.unwrap_or(u32::MAX));
-        let is_taught = self.in_scatter.is_some() || self.world.light_choice.learns();
+        let is_taught = self.in_scatter.is_some() || self.splits_views || self.world.light_choice.learns();
         let total = if is_taught { done } else { 0 };
 
         let area = self.film.bounds.area() as u64;
         let tracking = Tracking::new(Budget::Samples(total), total.max(1), area, Instant::now(), progress);
         progress.start(tracking.total());
         let mut film = Film::new(self.film.clone(), false);
-        let mut mixing = self.mixing();
+        let mut guides = self.guides(&film);
         let mut at = 0;
         for &pass in passes.iter().filter(|_| is_taught) {
-            let learns = self.begin_pass(&mut mixing, at);
+            let learns = self.begin_pass(&mut guides, at);
             let context = Pass { job: self, seed, samples: at..at + pass, interrupt, tracking: &tracking, learns };
-            context.run(&mut film, &mut mixing);
+            context.run(&mut film, &mut guides);
             if interrupt.load(Ordering::Relaxed) {
                 progress.finish();
                 return Err(ReplayError::Interrupted);
             }
-            self.learn(&mut mixing, pass);
+            self.learn(&mut guides, pass);
             at += pass;
         }
         progress.finish();
 
-        let learns = self.begin_pass(&mut mixing, done);
+        let learns = self.begin_pass(&mut guides, done);
         let context = Pass { job: self, seed, samples: done..end, interrupt, tracking: &tracking, learns };
-        let tiles = film.tiles_mut().iter().zip(mixing.tiles_mut());
+        let tiles = film.tiles().iter().zip(guides.tiles_mut());
         let (result, record) = tiles
             .into_iter()
             .find(|(tile, _)| tile.bounds().contains(sample.pixel))
-            .map(|(tile, mix)| {
+            .map(|(tile, guides)| {
                 if context.job.world.has_media() {
-                    context.replay::<true>(tile, mix, sample)
+                    context.replay::<true>(tile, guides, sample)
                 } else {
-                    context.replay::<false>(tile, mix, sample)
+                    context.replay::<false>(tile, guides, sample)
                 }
             })
             .ok_or(ReplayError::Pixel(x, y))?;
@@ -132,24 +132,23 @@ impl Pass<'_> {
     fn replay<const MEDIA: bool>(
         &self,
         tile: &FilmTile,
-        mix: &mut TileMix,
+        mut guides: TileGuides<'_>,
         RejectedSample { pixel, sample }: RejectedSample,
     ) -> (SampleResult, PathRecord) {
         let mut scratch = Scratch::default();
-        if MEDIA {
-            scratch.in_scatter.forget();
-            let shares = mix.draws();
-            for before in tile.bounds().pixels().take_while(|before| shares && *before != pixel) {
-                self.pixel::<MEDIA>(before, mix, tile.level(before), &mut scratch);
-            }
-            let (count, way) = mix.way_at(pixel);
-            scratch.in_scatter.begin_pixel(count, way);
-            for before in self.samples.start..if shares { sample } else { self.samples.start } {
-                self.sample::<MEDIA>(pixel, before, &mut scratch);
+        let shares = MEDIA && guides.mix.draws();
+        if shares {
+            self.begin_tile(tile, &mut guides, &mut scratch);
+            for before in tile.bounds().pixels().take_while(|before| *before != pixel) {
+                self.pixel::<MEDIA>(tile, before, &mut guides, &mut scratch);
             }
         }
+        let mut splitting = self.begin_pixel::<MEDIA>(tile, pixel, &guides, &mut scratch);
+        for before in self.samples.start..if shares { sample } else { self.samples.start } {
+            self.sample::<MEDIA>(pixel, before, &mut splitting, &mut scratch);
+        }
         scratch.record = Some(Box::default());
-        let result = self.sample::<MEDIA>(pixel, sample, &mut scratch);
+        let result = self.sample::<MEDIA>(pixel, sample, &mut splitting, &mut scratch);
         (result, scratch.record.map(|record| *record).unwrap_or_default())
     }
 }
@@ -196,6 +195,9 @@ impl fmt::Display for Replay {
                 }
                 Event::Light { light, pmf, brought, .. } => {
                     write!(f, "    light {} of probability {pmf} brings {}", light.0, colour(*brought))?;
+                }
+                Event::Seen { brought } => {
+                    write!(f, "  surfaces and environments shine {} straight into the camera", colour(*brought))?;
                 }
                 Event::End { so_far } => write!(f, "  end, with {} in all", colour(*so_far))?,
             }

@@ -71,6 +71,30 @@ pub enum VolumeSampling {
     EquiAngular,
 }
 
+/// How often what shines straight into the camera is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ViewRays {
+    /// By more camera rays than paths where they disagree about it: at the edges of lamps, small ones above all.
+    #[default]
+    Auto,
+    /// By the paths' own camera rays alone.
+    Off,
+}
+
+/// How the samples of a pixel relate to each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SamplerKind {
+    /// As the scene says: independent for pbrt's sampler of that name, else Owen-scrambled Sobol' points.
+    #[default]
+    Scene,
+    /// Each is where the others are not: Owen-scrambled Sobol' points.
+    Sobol,
+    /// By chance. Noisier; the variance that is estimated from the samples is that of the image, and errors fall as n^-1/2 to the letter.
+    Independent,
+}
+
 /// Where a PNG goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PngOutput {
@@ -99,6 +123,10 @@ pub struct RenderSettings {
     pub volume_lights: VolumeLights,
     /// How scattering points are sampled along camera rays.
     pub volume_sampling: VolumeSampling,
+    /// How often what shines straight into the camera is asked for.
+    pub view_rays: ViewRays,
+    /// How the samples of a pixel relate to each other.
+    pub sampler: SamplerKind,
     /// The PNG file that shows the cache points that the camera sees, over the image; all of them go to a PLY file of the same name.
     pub debug_cache_points: Option<PathBuf>,
     /// How cache points are made and used.

@@ -67,6 +67,8 @@ pub struct Iteration {
     pub in_scatter_regions: f64,
     /// See there.
     pub in_scatter_points: f64,
+    /// The mean number of rays that a sample sends out besides its path to find what shines straight into the camera.
+    pub view_rays: f64,
     /// Wall-clock seconds that taking over what it taught took.
     pub learning: f64,
 }
@@ -76,7 +78,15 @@ impl Iteration {
     pub fn new(samples: u32, counters: &Counters) -> Self {
         let shadow_rays = counters.shadow_rays;
         let blocked = counters.shadow_rays_blocked as f64 / shadow_rays.max(1) as f64;
-        Self { samples, shadow_rays, blocked, in_scatter_regions: 0.0, in_scatter_points: 0.0, learning: 0.0 }
+        Self {
+            samples,
+            shadow_rays,
+            blocked,
+            in_scatter_regions: 0.0,
+            in_scatter_points: 0.0,
+            view_rays: 0.0,
+            learning: 0.0,
+        }
     }
 }
 

@@ -15,7 +15,8 @@ use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::{Film, FilmOverrides};
 use lanternfish::geometry::Backend;
 use lanternfish::render::{
-    Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, VolumeLights, VolumeSampling, load,
+    Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, ViewRays, VolumeLights, VolumeSampling,
+    load,
 };
 use lanternfish::scene::{Sources, Warnings};
 pub use lanternfish::stability::reference::integrate;
@@ -39,6 +40,8 @@ pub struct Options {
     pub volume_lights: VolumeLights,
     /// How scattering points are sampled along camera rays.
     pub volume_sampling: VolumeSampling,
+    /// Whether camera rays are split to find what shines straight into the camera.
+    pub view_rays: ViewRays,
     /// Bounces in place of the scene's.
     pub max_depth: Option<u32>,
     pub threads: usize,
@@ -63,6 +66,7 @@ impl Default for Options {
             light_candidates: None,
             volume_lights: VolumeLights::Auto,
             volume_sampling: VolumeSampling::Auto,
+            view_rays: ViewRays::Auto,
             max_depth: None,
             threads: 2,
             film: FilmOverrides::default(),
@@ -91,6 +95,7 @@ pub fn prepare_file(path: &Path, options: &Options, warnings: &mut Warnings) -> 
         light_candidates: options.light_candidates,
         volume_lights: options.volume_lights,
         volume_sampling: options.volume_sampling,
+        view_rays: options.view_rays,
         max_depth: options.max_depth,
         film: options.film,
         ..RenderSettings::default()

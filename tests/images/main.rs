@@ -13,3 +13,4 @@ mod furnace;
 mod gallery;
 mod real_files;
 mod references;
+mod view_rays;

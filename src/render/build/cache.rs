@@ -105,10 +105,11 @@ impl CacheBuilder<'_> {
         // The camera ray is known once the path has its first vertex.
         let most = if self.on_camera_rays { 1 } else { u32::MAX };
         let path = PathSettings { max_depth: self.path.max_depth.min(most), ..*self.path };
+        let own = |seen, _: &mut Scratch| seen;
         if world.has_media() {
-            trace_path::<true>(world, &path, ray, &random, scratch);
+            trace_path::<true>(world, &path, ray, &random, scratch, own);
         } else {
-            trace_path::<false>(world, &path, ray, &random, scratch);
+            trace_path::<false>(world, &path, ray, &random, scratch, own);
         }
     }
 }

@@ -1,0 +1,210 @@
+//! One pass over all pixels, and the random numbers of its samples.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use super::Job;
+use super::mixing::{Mixing, PixelEvidence, TileMix};
+use super::progress::Tracking;
+use super::splitting::{PixelSplitting, Splitting, TileSplitting};
+use crate::film::{Film, FilmTile, PixelSamples, SampleResult};
+use crate::geometry::Ray;
+use crate::integrator::{Counters, Scratch, trace_path, view_ray};
+use crate::math::Rgb;
+use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
+
+/// What passes go by, tile by tile, and learn for later ones.
+pub(super) struct Guides {
+    /// How scattering points are sampled.
+    pub mixing: Mixing,
+    /// How camera rays are split, where they are.
+    pub splitting: Option<Splitting>,
+}
+
+/// What a pass goes by in one tile.
+pub(super) struct TileGuides<'a> {
+    pub mix: &'a mut TileMix,
+    pub splitting: Option<&'a mut TileSplitting>,
+}
+
+impl Guides {
+    /// Those of each tile, in the film's order.
+    pub fn tiles_mut(&mut self) -> Vec<TileGuides<'_>> {
+        let mut splitting = self.splitting.as_mut().map(|splitting| splitting.tiles_mut().iter_mut());
+        let tiles = self.mixing.tiles_mut().iter_mut();
+        tiles.map(|mix| TileGuides { mix, splitting: splitting.as_mut().and_then(Iterator::next) }).collect()
+    }
+}
+
+/// One pass over all pixels.
+pub(super) struct Pass<'a> {
+    pub job: &'a Job,
+    pub seed: u32,
+    pub samples: Range<u32>,
+    pub interrupt: &'a AtomicBool,
+    pub tracking: &'a Tracking<'a>,
+    /// Whether what earlier passes found has a say in its paths.
+    pub learns: bool,
+}
+
+/// Sets the numbers of rays that are split off apart from those of paths.
+const SPLIT_SEED: u64 = 0x5b1e_77d4_0a93_c6f2;
+
+impl Pass<'_> {
+    /// Renders it.
+    pub fn run(&self, film: &mut Film, guides: &mut Guides) -> Counters {
+        let media = self.job.world.has_media();
+        film.tiles_mut()
+            .par_iter_mut()
+            .zip(guides.tiles_mut())
+            .map_init(Scratch::default, |scratch, (tile, mut guides)| {
+                if self.interrupt.load(Ordering::Relaxed) {
+                    return Counters::default();
+                }
+                scratch.counters = Counters::default();
+                self.begin_tile(tile, &mut guides, scratch);
+                for pixel in tile.bounds().pixels() {
+                    let samples = if media {
+                        self.pixel::<true>(tile, pixel, &mut guides, scratch)
+                    } else {
+                        self.pixel::<false>(tile, pixel, &mut guides, scratch)
+                    };
+                    tile.merge(pixel, &samples);
+                }
+                self.tracking.tile_ended(tile.bounds().area() as u64 * self.samples.len() as u64);
+                scratch.counters
+            })
+            .sum()
+    }
+
+    /// What rays share never leaves the tile.
+    pub fn begin_tile(&self, tile: &FilmTile, guides: &mut TileGuides<'_>, scratch: &mut Scratch) {
+        scratch.in_scatter.forget();
+        guides.mix.begin_pass(tile.mean_level());
+    }
+
+    /// The addresses of a sample's random numbers, for its camera ray and for its path. The samples of a pixel are points of one sequence, each where
+    /// the others are not. Where one pass learns from the one before that would be bias, so then paths have a sequence of their own in every
+    /// pass. Camera rays need none: whatever was learned, the path along a ray is expected to bring what arrives along it, and the rays
+    /// as such are spread evenly.
+    fn sample_ids(&self, pixel: [u32; 2], sample: u32) -> [SampleId; 2] {
+        let (first, of_all) = (self.samples.start, SampleId { seed: self.seed, pixel, sample });
+        if first > 0 && self.learns {
+            let seed = mix(u64::from(self.seed) << 32 | u64::from(first)) as u32;
+            return [of_all, SampleId { seed, pixel, sample: sample - first }];
+        }
+        [of_all; 2]
+    }
+
+    /// The random numbers of that address.
+    #[inline]
+    fn point(&self, id: SampleId) -> SamplePoint {
+        if self.job.is_independent { SamplePoint::independent(id) } else { SamplePoint::new(id) }
+    }
+
+    /// The ray from the camera that goes with these random numbers.
+    #[inline]
+    fn camera_ray(&self, [x, y]: [u32; 2], random: &SamplePoint) -> Ray {
+        let [jitter_x, jitter_y, lens_u, lens_v] = random.draw::<4>(0, Dimension::Camera);
+        let [u_time] = random.draw::<1>(0, Dimension::Time);
+        let centre = Vec2::new(x as f32, y as f32) + Vec2::splat(0.5);
+        let position = centre + self.job.film.filter.sample([jitter_x, jitter_y]);
+        self.job.camera.ray(position, [lens_u, lens_v], u_time)
+    }
+
+    /// One sample of a pixel.
+    #[inline]
+    pub fn sample<const MEDIA: bool>(
+        &self,
+        pixel: [u32; 2],
+        sample: u32,
+        splitting: &mut PixelSplitting,
+        scratch: &mut Scratch,
+    ) -> SampleResult {
+        let job = self.job;
+        let [camera, random] = self.sample_ids(pixel, sample).map(|id| self.point(id));
+        let ray = self.camera_ray(pixel, &camera);
+        let seen = |seen, scratch: &mut Scratch| {
+            splitting.saw(seen);
+            if splitting.rays == 0 { seen } else { self.split::<MEDIA>(pixel, sample, splitting.rays, seen, scratch) }
+        };
+        trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch, seen)
+    }
+
+    /// What shines straight into the camera: the mean over what a path's own camera ray has seen, and what as many others as `rays` do. Those of a
+    /// pixel are points of one sequence in a pass.
+    fn split<const MEDIA: bool>(
+        &self,
+        pixel: [u32; 2],
+        sample: u32,
+        rays: u32,
+        own: Rgb,
+        scratch: &mut Scratch,
+    ) -> Rgb {
+        let seed = mix((u64::from(self.seed) << 32 | u64::from(self.samples.start)) ^ SPLIT_SEED) as u32;
+        let share = 1.0 / (1 + rays) as f32;
+        let mut sum = own * share;
+        let first = (sample - self.samples.start).wrapping_mul(rays);
+        for number in 0..rays {
+            let sample = first.wrapping_add(number);
+            let random = self.point(SampleId { seed, pixel, sample });
+            let ray = self.camera_ray(pixel, &random);
+            let seen = view_ray::seen::<MEDIA>(&self.job.world, ray, &random, scratch);
+            sum += seen * share;
+        }
+        sum
+    }
+
+    /// One pixel.
+    pub fn pixel<const MEDIA: bool>(
+        &self,
+        tile: &FilmTile,
+        pixel: [u32; 2],
+        guides: &mut TileGuides<'_>,
+        scratch: &mut Scratch,
+    ) -> PixelSamples {
+        let mut evidence = PixelEvidence::default();
+        let before = if MEDIA { scratch.counters.work() } else { 0 };
+        let mut splitting = self.begin_pixel::<MEDIA>(tile, pixel, guides, scratch);
+        let mut samples = PixelSamples::new(self.job.film.sensor);
+        for sample in self.samples.clone() {
+            // A pass of a long render may take minutes a tile: stopping must not wait for it.
+            if self.interrupt.load(Ordering::Relaxed) {
+                break;
+            }
+            let result = self.sample::<MEDIA>(pixel, sample, &mut splitting, scratch);
+            samples.add(sample, &result);
+            if MEDIA && scratch.in_scatter.is_on() {
+                evidence.add(&result, scratch);
+            }
+        }
+        if let Some(tile_splitting) = &mut guides.splitting {
+            tile_splitting.add(tile.bounds().index(pixel), &splitting);
+        }
+        if MEDIA && scratch.in_scatter.is_on() {
+            guides.mix.add(&evidence, tile.level(pixel));
+            guides.mix.add_work(scratch.counters.work() - before, scratch.in_scatter.work);
+        }
+        samples
+    }
+
+    /// What the pixel's samples go by.
+    #[inline]
+    pub fn begin_pixel<const MEDIA: bool>(
+        &self,
+        tile: &FilmTile,
+        pixel: [u32; 2],
+        guides: &TileGuides<'_>,
+        scratch: &mut Scratch,
+    ) -> PixelSplitting {
+        if MEDIA {
+            let (count, mix) = guides.mix.way_at(pixel);
+            scratch.in_scatter.begin_pixel(count, mix);
+        }
+        let splitting = guides.splitting.as_ref();
+        splitting.map_or(PixelSplitting::default(), |splitting| splitting.pixel(tile.bounds().index(pixel)))
+    }
+}
