@@ -47,11 +47,11 @@ impl UserGeometry for ShapePrimitives {
     ) -> Option<UserHit> {
         let shape = self.shape();
         // As Embree's own triangles: a boundary is crossed where the ray begins. Asked for the next hit, it begins at a larger number.
-        let t_min = if shape.is_boundary && t_min.to_bits() == 0 { BOUNDARY_T_MIN } else { t_min };
+        let is_start = shape.is_boundary && t_min.to_bits() == 0;
+        let t_min = if is_start { BOUNDARY_T_MIN } else { t_min * self.render.from_embree };
         let origin = Vec3::from(origin) * self.scale.from_embree;
         let direction = Vec3::from(direction) * (self.scale.from_embree * self.render.to_embree);
-        let [t_min, t_max] = [t_min, t_max].map(|t| t * self.render.from_embree);
-        let found = shape.intersect(primitive, origin, direction, t_min, t_max);
+        let found = shape.intersect(primitive, origin, direction, t_min, t_max * self.render.from_embree);
         found.map(|(t, uv)| UserHit { t: t * self.render.to_embree, uv })
     }
 }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::backends::{Chequered, everything};
+use super::boundaries::unit_sphere;
 use super::*;
 use crate::geometry::BoundaryCrossing;
 use crate::geometry::curve::{CurveKind, Curves};
@@ -97,6 +98,27 @@ fn answers_are_the_same_bits_at_any_size() {
             hits.iter().all(|&hits| hits > 300) && blocked > 1000 && crossings > 2000,
             "{hits:?} {blocked} {crossings}"
         );
+    }
+}
+
+#[test]
+fn rays_from_a_boundary_cross_it_at_any_size() {
+    let crossings = |power: i32| {
+        let by = 2f32.powi(power);
+        let mesh = box_mesh(-Vec3::ONE, Vec3::new(1.0, 2.0, 1.5));
+        let boundaries = [ShapeKind::Triangles(mesh), unit_sphere(1.0)].map(|mut kind| {
+            enlarge(&mut kind, by);
+            Shape { is_boundary: true, ..shape(kind) }
+        });
+        let mut crossings = Vec::new();
+        build(&top_level(boundaries.into())).boundaries(&ray(-by * Vec3::X, Vec3::X), &mut crossings);
+        crossings.iter().map(|c| (c.t / by, c.shape.0, c.entering)).collect::<Vec<_>>()
+    };
+    let one = crossings(0);
+    assert_eq!(one.iter().filter(|&&(t, _, entering)| t == 0.0 && entering).count(), 2, "{one:?}");
+    assert_eq!(one.iter().filter(|&&(t, _, entering)| near(t, 2.0) && !entering).count(), 2, "{one:?}");
+    for power in [-12, -50, 50] {
+        assert_eq!(crossings(power), one, "2^{power}");
     }
 }
 
