@@ -8,6 +8,7 @@
 //! is stated with each comparison.
 
 pub mod case;
+mod convergence;
 mod film;
 mod geometry;
 mod lights;
@@ -22,5 +23,5 @@ pub use case::Case;
 
 /// All cases, group by group.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [media::CASES, lights::CASES, geometry::CASES, range::CASES, film::CASES].into_iter().flatten()
+    [media::CASES, lights::CASES, geometry::CASES, range::CASES, film::CASES, convergence::CASES].into_iter().flatten()
 }

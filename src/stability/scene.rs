@@ -92,15 +92,27 @@ pub struct Shot {
     pub depth: u32,
 }
 
+/// The middle of the world, from a little before it.
+impl Default for Shot {
+    fn default() -> Self {
+        Self { from: [0.0, 0.0, -4.0], to: [0.0; 3], fov: 30.0, size: 8, depth: 5 }
+    }
+}
+
 impl Shot {
     /// The whole scene file.
     pub fn text(&self, world: &str) -> String {
+        self.text_with("", "", world)
+    }
+
+    /// The same with directives before the camera, such as `MediumInterface`, and more parameters of the camera.
+    pub fn text_with(&self, before: &str, camera: &str, world: &str) -> String {
         let Self { from, to, fov, size, depth } = self;
         // An up vector that is not parallel to the view.
         let up = if (from[0] - to[0]).abs() < 1e-9 && (from[2] - to[2]).abs() < 1e-9 { "0 0 1" } else { "0 1 0" };
         format!(
-            "LookAt {}  {}  {up}\n\
-             Camera \"perspective\" \"float fov\" {fov:e}\n\
+            "LookAt {}  {}  {up}\n{before}\n\
+             Camera \"perspective\" \"float fov\" {fov:e} {camera}\n\
              Film \"rgb\" \"integer xresolution\" {size} \"integer yresolution\" {size}\n\
              PixelFilter \"box\" \"float xradius\" 0.5 \"float yradius\" 0.5\n\
              Sampler \"zsobol\"\n\

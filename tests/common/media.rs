@@ -5,7 +5,7 @@ use lanternfish::render::VolumeSampling;
 pub use lanternfish::stability::reference::{depth, tent};
 pub use lanternfish::stability::scene::{DOME, FOREVER, SHELL, grey, grid, homogeneous, list};
 
-use super::{Options, SLACK, Shot, assert_mean, image_mean};
+use super::{Options, SLACK, Shot, View, assert_mean, image_mean};
 
 /// All ways of sampling scattering points.
 pub const SAMPLINGS: [VolumeSampling; 4] =

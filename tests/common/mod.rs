@@ -20,7 +20,7 @@ use lanternfish::render::{
 };
 use lanternfish::scene::{Sources, Warnings};
 pub use lanternfish::stability::reference::integrate;
-pub use lanternfish::stability::scene::{CUBE, boundary};
+pub use lanternfish::stability::scene::{CUBE, Shot, boundary};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// How to render a test's scene.
@@ -160,63 +160,19 @@ pub fn shared(path: &str) -> Option<PathBuf> {
     path.exists().then_some(path)
 }
 
-/// A scene around `world`: a camera of `size`² pixels that looks from `from` at `to`, with a box filter of one pixel, and the volumetric
-/// path tracer with `depth` bounces.
-pub struct Shot {
-    pub from: [f64; 3],
-    pub to: [f64; 3],
-    pub fov: f64,
-    pub size: u32,
-    pub depth: u32,
-    /// Directives before the camera, such as `MediumInterface`.
-    pub before: String,
-    /// More parameters of the camera.
-    pub camera: String,
-    /// More parameters of the film.
-    pub film: String,
-}
-
-impl Default for Shot {
-    fn default() -> Self {
-        Self {
-            from: [0.0, 0.0, -4.0],
-            to: [0.0, 0.0, 0.0],
-            fov: 30.0,
-            size: 8,
-            depth: 5,
-            before: String::new(),
-            camera: String::new(),
-            film: String::new(),
-        }
-    }
-}
-
-impl Shot {
+/// What can be written as a scene file around a world, and so rendered and compared.
+pub trait View {
     /// The whole scene file.
-    pub fn text(&self, world: &str) -> String {
-        let Self { from, to, fov, size, depth, before, camera, film } = self;
-        let [fx, fy, fz] = from;
-        let [tx, ty, tz] = to;
-        // An up vector that is not parallel to the view.
-        let up = if (fx - tx).abs() < 1e-9 && (fz - tz).abs() < 1e-9 { "0 0 1" } else { "0 1 0" };
-        format!(
-            "LookAt {fx} {fy} {fz}  {tx} {ty} {tz}  {up}\n{before}\n\
-             Camera \"perspective\" \"float fov\" {fov} {camera}\n\
-             Film \"rgb\" \"integer xresolution\" {size} \"integer yresolution\" {size} {film}\n\
-             PixelFilter \"box\" \"float xradius\" 0.5 \"float yradius\" 0.5\n\
-             Sampler \"zsobol\"\n\
-             Integrator \"volpath\" \"integer maxdepth\" {depth}\nWorldBegin\n{world}\n"
-        )
-    }
+    fn scene(&self, world: &str) -> String;
 
     /// Renders it.
-    pub fn render(&self, world: &str, options: &Options) -> Outcome {
-        render_text(&self.text(world), options)
+    fn render(&self, world: &str, options: &Options) -> Outcome {
+        render_text(&self.scene(world), options)
     }
 
     /// Renders it with `spp` samples a pixel and gives the image's mean with its standard error.
     #[track_caller]
-    pub fn mean(&self, world: &str, spp: u32) -> ([f64; 3], [f64; 3]) {
+    fn mean(&self, world: &str, spp: u32) -> ([f64; 3], [f64; 3]) {
         let outcome = self.render(world, &Options { spp, ..Options::default() });
         assert_eq!(outcome.film.rejected().0, 0, "samples were NaN or infinite");
         image_mean(&outcome.film)
@@ -225,7 +181,7 @@ impl Shot {
     /// Renders it and compares the image's mean with `expected` by [`assert_mean`], every channel; the standard error itself must
     /// be below `precision` (relative to what is expected), so that the test can see an error of about five times that.
     #[track_caller]
-    pub fn assert(&self, what: &str, world: &str, spp: u32, expected: [f64; 3], precision: f64) {
+    fn assert(&self, what: &str, world: &str, spp: u32, expected: [f64; 3], precision: f64) {
         let (mean, error) = self.mean(world, spp);
         for channel in 0..3 {
             let (m, e, x) = (mean[channel], error[channel], expected[channel]);
@@ -233,6 +189,28 @@ impl Shot {
             assert!(e <= precision * x.abs(), "{what}: the error {e:.6} is too large to say much about {x:.6}");
             assert_mean(what, m, e, x, SLACK);
         }
+    }
+}
+
+impl View for Shot {
+    fn scene(&self, world: &str) -> String {
+        self.text(world)
+    }
+}
+
+/// A shot and what else its file says.
+#[derive(Default)]
+pub struct Framed<'a> {
+    pub shot: Shot,
+    /// Directives before the camera, such as `MediumInterface`.
+    pub before: &'a str,
+    /// More parameters of the camera.
+    pub camera: &'a str,
+}
+
+impl View for Framed<'_> {
+    fn scene(&self, world: &str) -> String {
+        self.shot.text_with(self.before, self.camera, world)
     }
 }
 

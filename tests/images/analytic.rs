@@ -3,7 +3,7 @@
 //! Where sampling is involved each assertion fails by chance with probability 1e-6, on images whose standard error is at most
 //! 0.2 % (0.3 % where said).
 
-use crate::common::{CUBE, Options, Shot, boundary, difference, image_mean, integrate, shuffled_grid};
+use crate::common::{CUBE, Framed, Options, Shot, View, boundary, difference, image_mean, integrate, shuffled_grid};
 use std::f64::consts::PI;
 
 const PLATE: &str = "Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5] Shape \"disk\" \"float radius\" 50\n";
@@ -272,8 +272,7 @@ fn shadow_rays_see_the_same_transmittance() {
     let floor = "AttributeBegin Translate 0 0 2 Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5] Shape \"disk\" \"float radius\" 1
                  AttributeEnd LightSource \"point\" \"rgb I\" [100 100 100] \"point3 from\" [0 0 -6]\n";
     // The camera looks at the floor from beside the slab.
-    let camera =
-        Shot { from: [60.0, 0.0, -18.0], to: [0.0, 0.0, 2.0], fov: 0.0005, depth: 1, size: 16, ..Shot::default() };
+    let camera = Shot { from: [60.0, 0.0, -18.0], to: [0.0, 0.0, 2.0], fov: 0.0005, depth: 1, size: 16 };
     let lit = 0.5 / PI * 100.0 / 64.0;
     let cases = [
         (homogeneous("m", [0.1, 0.2, 0.3], [0.1, 0.1, 0.1], ""), [0.4, 0.6, 0.8]),
@@ -389,28 +388,21 @@ fn half_plane(edge: f64, z: f64, more: &str) -> String {
 }
 
 /// One row of a film, from what is seen at the left in camera space (x < 0).
-fn columns(shot: &Shot, world: &str, spp: u32) -> Vec<f64> {
-    let outcome = shot.render(world, &Options { spp, ..Options::default() });
+fn columns(seen: &impl View, world: &str, spp: u32) -> Vec<f64> {
+    let outcome = seen.render(world, &Options { spp, ..Options::default() });
     let image = outcome.film.channels();
-    let (red, n) = (image.channel("R").expect("the beauty"), shot.size as usize);
+    let (red, n) = (image.channel("R").expect("the beauty"), image.bounds.width() as usize);
     (0..n).map(|x| (0..n).map(|y| f64::from(red[y * n + x])).sum::<f64>() / n as f64).collect()
 }
 
 #[test]
 fn lenses_are_sharp_at_their_focus_and_blur_elsewhere() {
     let fov = 2.0 * (0.5f64).atan().to_degrees();
-    let camera = |lens: f64| Shot {
-        from: [0.0; 3],
-        to: [0.0, 0.0, 1.0],
-        fov,
-        size: 16,
-        depth: 0,
-        camera: format!("\"float lensradius\" {lens} \"float focaldistance\" 4"),
-        ..Shot::default()
-    };
+    let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov, size: 16, depth: 0 };
+    let camera = "\"float lensradius\" 0.4 \"float focaldistance\" 4";
     // pbrt's camera space has x to the right, and LookAt keeps it: column 0 is at x < 0 for up = y and view = z.
     for (z, blurred) in [(4.0, false), (8.0, true), (2.0, true)] {
-        let seen = columns(&camera(0.4), &half_plane(0.0, z, ""), 256);
+        let seen = columns(&Framed { shot, camera, ..Framed::default() }, &half_plane(0.0, z, ""), 256);
         let expected: Vec<f64> = (0..16)
             .map(|column| {
                 integrate(f64::from(column), f64::from(column) + 1.0, 50, |x| {
@@ -437,7 +429,7 @@ fn lenses_are_sharp_at_their_focus_and_blur_elsewhere() {
 #[test]
 fn motion_is_averaged_over_the_shutter() {
     let fov = 2.0 * (0.5f64).atan().to_degrees();
-    let camera = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov, size: 16, depth: 0, ..Shot::default() };
+    let camera = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov, size: 16, depth: 0 };
     // An edge that moves from x = −1 to x = 1 at distance 2, where the image spans −1 to 1.
     let moving = half_plane(-1.0, 2.0, "ActiveTransform EndTime Translate 2 0 0 ActiveTransform All");
     let seen = columns(&camera, &moving, 256);
@@ -459,8 +451,7 @@ fn opacity_transmits_what_it_does_not_cover() {
     // The same for shadow rays: a plate 2 behind the veil, lit from before it.
     let plate = "AttributeBegin Translate 0 0 2 Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5] Shape \"disk\" \"float radius\" 1
                  AttributeEnd LightSource \"point\" \"rgb I\" [100 100 100] \"point3 from\" [0 0 -6]\n";
-    let camera =
-        Shot { from: [60.0, 0.0, -18.0], to: [0.0, 0.0, 2.0], fov: 0.0005, depth: 1, size: 16, ..Shot::default() };
+    let camera = Shot { from: [60.0, 0.0, -18.0], to: [0.0, 0.0, 2.0], fov: 0.0005, depth: 1, size: 16 };
     camera.assert("shadow", &format!("{plate}{veil}"), 700, [0.7 * 0.5 / PI * 100.0 / 64.0; 3], 2e-3);
 }
 
@@ -494,14 +485,14 @@ fn images_do_not_depend_on_where_or_how_large_the_scene_is() {
     for far in [1e3, 1e6] {
         // Everything is placed by a translation in double precision.
         let place = |sign: f64| format!("Translate {} {} {}", sign * far, -2.0 * sign * far, 3.0 * sign * far);
-        let away = Shot { before: place(-1.0), ..Shot { ..clone(&shot) } };
+        let away = Framed { shot, before: &place(-1.0), ..Framed::default() };
         let there = away.render(&format!("{}\n{}", place(1.0), still_life(1.0)), &options);
         let d = difference(&plain.film, &there.film);
         println!("at {far:e}: relative RMSE {d:e}");
         assert!(d < 1e-3, "at {far:e}: relative RMSE {d:e}");
     }
     for scale in [1e-3, 1e3f64] {
-        let away = Shot { before: format!("Scale {0} {0} {0}", 1.0 / scale), ..clone(&shot) };
+        let away = Framed { shot, before: &format!("Scale {0} {0} {0}", 1.0 / scale), ..Framed::default() };
         let there = away.render(&format!("Scale {scale} {scale} {scale}\n{}", still_life(1.0 / scale)), &options);
         let (m, e) = image_mean(&there.film);
         println!("× {scale:e}: relative RMSE {:e}", difference(&plain.film, &there.film));
@@ -510,10 +501,6 @@ fn images_do_not_depend_on_where_or_how_large_the_scene_is() {
             crate::common::assert_mean(&format!("× {scale:e}"), m[c], e[c].hypot(error[c]), mean[c], 0.0);
         }
     }
-}
-
-fn clone(shot: &Shot) -> Shot {
-    Shot { before: shot.before.clone(), camera: shot.camera.clone(), film: shot.film.clone(), ..*shot }
 }
 
 #[test]

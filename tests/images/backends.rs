@@ -2,7 +2,7 @@
 
 #![cfg(feature = "embree")]
 
-use crate::common::{CUBE, Options, Shot, boundary, difference, image_mean, shuffled_grid};
+use crate::common::{CUBE, Options, Shot, View, boundary, difference, image_mean, shuffled_grid};
 use lanternfish::geometry::Backend;
 
 fn compare(name: &str, shot: &Shot, world: &str) {
@@ -16,7 +16,7 @@ fn compare(name: &str, shot: &Shot, world: &str) {
 }
 
 fn shot() -> Shot {
-    Shot { from: [0.0, 0.8, -5.0], to: [0.0, 0.1, 0.0], fov: 45.0, size: 32, depth: 5, ..Shot::default() }
+    Shot { from: [0.0, 0.8, -5.0], to: [0.0, 0.1, 0.0], fov: 45.0, size: 32, depth: 5 }
 }
 
 const LIGHTS: &str = "LightSource \"point\" \"rgb I\" [6 5 4] \"point3 from\" [-1 2.5 -2]

@@ -3,7 +3,7 @@
 //!
 //! Assertions fail by chance with probability 1e-6.
 
-use crate::common::{CUBE, Options, Shot, boundary, integrate};
+use crate::common::{CUBE, Framed, Options, Shot, View, boundary, integrate};
 use lanternfish::geometry::Backend;
 use std::f64::consts::PI;
 
@@ -41,7 +41,7 @@ fn shadow_rays_from_uncertain_points_reach_the_lamp() {
         )
     };
     let turn = "Rotate 35 1 2 3\n";
-    let back = Shot { before: "Rotate -35 1 2 3".into(), ..above([0.0; 3]) };
+    let seen = |before: &'static str, at: [f64; 3]| Framed { shot: above(at), before, ..Framed::default() };
     let object = |distance: f64| {
         format!(
             "ObjectBegin \"o\" Translate 0 0 {distance} Shape \"disk\" \"float radius\" 3 ObjectEnd
@@ -52,10 +52,10 @@ fn shadow_rays_from_uncertain_points_reach_the_lamp() {
         "Shape \"curve\" \"string type\" \"flat\" \"point3 P\" [0 -2 0  0 -1 0  0 1 0  0 2 0] \"float width\" 0.02";
     let moving = "ActiveTransform EndTime Translate 0.001 0 0 ActiveTransform All Translate 15 15 0 Shape \"disk\" \"float radius\" 3";
     for (what, shot, world) in [
-        ("large and tilted", back, format!("{turn}{}{}", lamp([0.0; 3]), floor(3000.0))),
-        ("a curve", above([0.0; 3]), format!("{}{curve}", lamp([0.0; 3]))),
-        ("far from its object's origin", above([0.0; 3]), format!("{}{}", lamp([0.0; 3]), object(1000.0))),
-        ("moving far from its pivot", above([15.0, 15.0, 0.0]), format!("{}{moving}", lamp([15.0, 15.0, 0.0]))),
+        ("large and tilted", seen("Rotate -35 1 2 3", [0.0; 3]), format!("{turn}{}{}", lamp([0.0; 3]), floor(3000.0))),
+        ("a curve", seen("", [0.0; 3]), format!("{}{curve}", lamp([0.0; 3]))),
+        ("far from its object's origin", seen("", [0.0; 3]), format!("{}{}", lamp([0.0; 3]), object(1000.0))),
+        ("moving far from its pivot", seen("", [15.0, 15.0, 0.0]), format!("{}{moving}", lamp([15.0, 15.0, 0.0]))),
     ] {
         shot.assert(what, &world, 512, [under_the_lamp(); 3], 2e-3);
     }
@@ -172,7 +172,7 @@ fn a_dense_grid_far_away_lets_through_what_it_should() {
         densities.join(" "),
         boundary("m", "", &format!("Translate -2 -2 4 Scale 4 4 4 {CUBE}"))
     );
-    let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov: 0.001, size: 4, depth: 0, ..Shot::default() };
+    let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov: 0.001, size: 4, depth: 0 };
     // Within half a voxel of the grid's ends its values fade.
     let (mean, error) = shot.mean(&world, 32);
     let expected = (-0.1f64 * 7.5).exp();
@@ -201,7 +201,7 @@ fn nested_objects_are_flattened() {
         .iter()
         .map(|place: &String| one(place))
         .collect();
-    let shot = Shot { from: [0.0, 0.5, 6.0], to: [0.0, 0.5, 0.0], fov: 30.0, size: 48, depth: 2, ..Shot::default() };
+    let shot = Shot { from: [0.0, 0.5, 6.0], to: [0.0, 0.5, 0.0], fov: 30.0, size: 48, depth: 2 };
     for backend in backends() {
         let render = |world: &str| shot.render(world, &Options { spp: 64, backend, ..Options::default() }).film;
         let apart = crate::common::difference(&render(&nested), &render(&format!("{light}{flat}")));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{CUBE, Options, Shot, boundary, shuffled_grid};
+use crate::common::{CUBE, Options, Shot, View, boundary, shuffled_grid};
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::cache_points::gather::Gathering;
 use lanternfish::cache_points::learn::VisibilityRule;
@@ -68,7 +68,7 @@ fn render_with(more: &str, options: &Options) -> ChannelImage {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let world = format!("{more}{}", scene(&picture(folder.path())));
     // Three tiles by three, the last ones cut.
-    let shot = Shot { from: [0.0, 0.6, -4.5], to: [0.0, 0.1, 0.0], fov: 45.0, size: 40, depth: 4, ..Shot::default() };
+    let shot = Shot { from: [0.0, 0.6, -4.5], to: [0.0, 0.1, 0.0], fov: 45.0, size: 40, depth: 4 };
     let outcome = shot.render(&world, options);
     assert_eq!(outcome.film.rejected().0, 0);
     outcome.film.channels()

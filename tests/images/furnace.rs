@@ -2,7 +2,7 @@
 //! program. Assertions fail by chance with probability 1e-6 each (see `common::assert_mean`), and none is made on an image
 //! whose standard error is above 0.3 %, mostly much less.
 
-use crate::common::{CUBE, SLACK, Shot, boundary, integrate, shuffled_grid};
+use crate::common::{CUBE, Framed, SLACK, Shot, View, boundary, integrate, shuffled_grid};
 use std::f64::consts::PI;
 
 /// An environment of radiance 1.
@@ -15,7 +15,7 @@ fn shot() -> Shot {
     Shot { depth: FOREVER, size: 8, ..Shot::default() }
 }
 
-fn white(what: &str, shot: &Shot, world: &str, spp: u32) {
+fn white(what: &str, shot: &impl View, world: &str, spp: u32) {
     shot.assert(what, &format!("{DOME}{world}"), spp, [1.0; 3], 3e-3);
 }
 
@@ -245,7 +245,8 @@ fn a_white_medium_is_invisible_at_any_anisotropy() {
 fn a_camera_in_a_white_medium_sees_nothing() {
     // Declared or not.
     for before in ["", "MediumInterface \"\" \"m\""] {
-        let within = Shot { from: [0.1, 0.2, -0.3], fov: 80.0, before: before.to_owned(), ..shot() };
+        let shot = Shot { from: [0.1, 0.2, -0.3], fov: 80.0, ..shot() };
+        let within = Framed { shot, before, ..Framed::default() };
         let world = format!("{}{}", homogeneous(4.0, 0.5), filled("m", SPHERE));
         white("within", &within, &world, 640);
     }
@@ -324,7 +325,8 @@ fn a_medium_that_fills_everything_is_uniform_in_a_closed_room() {
         homogeneous(0.4, 0.5),
         CUBE
     );
-    let inside = Shot { from: [0.0, 0.5, -2.7], fov: 70.0, before: "MediumInterface \"\" \"m\"".to_owned(), ..shot() };
+    let shot = Shot { from: [0.0, 0.5, -2.7], fov: 70.0, ..shot() };
+    let inside = Framed { shot, before: "MediumInterface \"\" \"m\"", ..Framed::default() };
     inside.assert("filled room", &world, 800, [1.0; 3], 3e-3);
 }
 
@@ -335,7 +337,8 @@ fn clear_channels_of_endless_media_pass() {
         "{DOME}MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0 0 0.5] \"rgb sigma_s\" [0 1 0.5]
          Material \"diffuse\" \"rgb reflectance\" [1 1 1] {SPHERE}"
     );
-    let within = Shot { before: "MediumInterface \"\" \"m\"".to_owned(), depth: 20, ..shot() };
+    let shot = Shot { depth: 20, ..shot() };
+    let within = Framed { shot, before: "MediumInterface \"\" \"m\"", ..Framed::default() };
     let (mean, error) = within.mean(&world, 256);
     crate::common::assert_mean("clear", mean[0], error[0], 1.0, SLACK);
     // Nothing arrives through an infinite depth.

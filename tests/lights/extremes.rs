@@ -5,7 +5,7 @@
 //! (`common::blocks`). The others compare images of one seed, sample by sample: see each.
 
 use crate::common::blocks::{Blocks, Family};
-use crate::common::{Options, Shot, assert_mean, difference, image_mean, prepare_text};
+use crate::common::{Options, Shot, View, assert_mean, difference, image_mean, prepare_text};
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::Film;
 use lanternfish::render::LightSelection;
@@ -55,7 +55,7 @@ fn scenery() -> String {
 }
 
 fn shot() -> Shot {
-    Shot { from: [0.0, 3.0, -5.0], to: [0.0, 0.6, 0.0], fov: 40.0, size: 24, depth: 3, ..Shot::default() }
+    Shot { from: [0.0, 3.0, -5.0], to: [0.0, 0.6, 0.0], fov: 40.0, size: 24, depth: 3 }
 }
 
 fn options(lights: LightSelection, spp: u32) -> Options {

@@ -59,7 +59,7 @@ fn cells(fog: bool) -> String {
 }
 
 fn shot() -> Shot {
-    Shot { from: [0.0, 9.0, -5.0], to: [0.0, 0.0, 0.0], fov: 38.0, size: 48, depth: 2, ..Shot::default() }
+    Shot { from: [0.0, 9.0, -5.0], to: [0.0, 0.0, 0.0], fov: 38.0, size: 48, depth: 2 }
 }
 
 /// Draws at random places and calls those of `arrives` successes, whatever is in the way, in `passes` passes.

@@ -4,7 +4,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::common::{Options, Shot, assert_mean, boundary, image_mean};
+use crate::common::{Options, Shot, View, assert_mean, boundary, image_mean};
 use lanternfish::render::{Budget, Job, LightSelection, RenderSettings, Silent, Timings, load};
 use lanternfish::scene::{Sources, Warnings};
 
@@ -148,7 +148,7 @@ impl Object {
 
 /// Looks down at the floor, sees no light and no sky.
 fn shot(depth: u32) -> Shot {
-    Shot { from: [0.0, 4.0, -4.0], to: [0.0, -0.5, 0.0], fov: 28.0, size: 16, depth, ..Shot::default() }
+    Shot { from: [0.0, 4.0, -4.0], to: [0.0, -0.5, 0.0], fov: 28.0, size: 16, depth }
 }
 
 fn mean(world: &str, depth: u32, lights: LightSelection, spp: u32) -> ([f64; 3], [f64; 3]) {

@@ -2,7 +2,7 @@
 //!
 //! Every comparison of means fails by chance with probability 1e-6 (`common::assert_mean`).
 
-use crate::common::{CUBE, Options, Shot, assert_mean, boundary, image_mean, shuffled_grid};
+use crate::common::{CUBE, Framed, Options, Shot, View, assert_mean, boundary, image_mean, shuffled_grid};
 use lanternfish::render::LightSelection;
 
 /// One light of each type. Where `lit` does not name its place, a light is left out, but its shape stays and casts its shadow.
@@ -59,7 +59,7 @@ fn media(glow: &str) -> String {
 }
 
 fn shot() -> Shot {
-    Shot { from: [0.0, 1.0, -5.0], to: [0.0, 0.2, 0.0], fov: 45.0, size: 16, depth: 3, ..Shot::default() }
+    Shot { from: [0.0, 1.0, -5.0], to: [0.0, 0.2, 0.0], fov: 45.0, size: 16, depth: 3 }
 }
 
 fn options(lights: LightSelection, spp: u32) -> Options {
@@ -153,8 +153,8 @@ fn within(what: &str, before: &str, world: &str, spp: u32, depths: f64) {
             format!("MakeNamedMedium \"{name}\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [{s} {s} {s}] \"rgb sigma_s\" [0 0 0]\n")
         })
         .collect();
-    let camera =
-        Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov: 1.0, size: 16, before: before.to_owned(), ..Shot::default() };
+    let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov: 1.0, size: 16, ..Shot::default() };
+    let camera = Framed { shot, before, ..Framed::default() };
     camera.assert(what, &format!("{wall}{media}{world}"), spp, [(-depths).exp(); 3], 3e-3);
 }
 

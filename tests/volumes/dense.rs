@@ -4,7 +4,7 @@
 //! Every comparison of means fails by chance with probability 1e-6 (`common::assert_mean`).
 
 use crate::common::media::{DOME, FOREVER, check, grey, grid, homogeneous, list, tent};
-use crate::common::{CUBE, Options, Shot, assert_mean, boundary, integrate};
+use crate::common::{CUBE, Options, Shot, View, assert_mean, boundary, integrate};
 use lanternfish::render::{LightSelection, VolumeLights};
 use lanternfish::stability::reference::half_space;
 
@@ -92,7 +92,7 @@ fn irradiance(sigma: f64) -> f64 {
 /// quadrature says, whether the flame is a light or found by chance, and whatever chooses the light.
 #[test]
 fn flames_of_a_million_times_their_extinction_light_a_floor() {
-    let shot = Shot { from: [4.0, -1.1, 0.3], to: LIT, fov: 0.005, size: 8, depth: 2, ..Shot::default() };
+    let shot = Shot { from: [4.0, -1.1, 0.3], to: LIT, fov: 0.005, size: 8, depth: 2 };
     for (sigma, radiance) in [(1e-9, 1e15), (1e-6, 1e6), (1.0, 1e6), (30.0, 1e6f64)] {
         let more = format!("{} \"rgb Le\" [{}]", grey(sigma, 0.0), list(&[radiance; 3]));
         let flame = grid("g", 1, &[1.0], [[-HALF; 3], [HALF; 3]], &more);

@@ -3,7 +3,7 @@
 //! Every comparison of means fails by chance with probability 1e-6 (`common::assert_mean`).
 
 use crate::common::{
-    CUBE, Options, SLACK, Shot, assert_mean, boundary, glow, grid_medium, image_mean, integrate, render_text,
+    CUBE, Options, SLACK, Shot, View, assert_mean, boundary, glow, grid_medium, image_mean, integrate, render_text,
     shuffled_grid,
 };
 
@@ -161,7 +161,7 @@ fn equilibrium_is_uniform() {
     ];
     for (what, media) in cases {
         for from in [[0.0, 0.0, -1.95], [0.1, 0.2, 0.3]] {
-            let shot = Shot { from, to: [0.0, 0.1, 1.5], fov: 60.0, size: 16, depth: 60, ..Shot::default() };
+            let shot = Shot { from, to: [0.0, 0.1, 1.5], fov: 60.0, size: 16, depth: 60 };
             shot.assert(what, &format!("{room}{media}"), 256, [1.0; 3], 5e-3);
         }
     }

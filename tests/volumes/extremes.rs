@@ -4,7 +4,7 @@
 //! Every comparison of means fails by chance with probability 1e-6 (`common::assert_mean`).
 
 use crate::common::media::{DOME, FOREVER, SAMPLINGS, SHELL, check, columns_mean, grey, grid, homogeneous, list};
-use crate::common::{CUBE, Options, SLACK, Shot, assert_mean, boundary, image_mean, integrate};
+use crate::common::{CUBE, Options, SLACK, Shot, View, assert_mean, boundary, image_mean, integrate};
 use lanternfish::render::{Outcome, VolumeSampling};
 
 /// Looks along z at the box from −1 to 1.
@@ -45,7 +45,6 @@ fn decades(medium: impl Fn(&str, f64, f64) -> String) -> (Shot, String) {
         fov: 2.0 * 0.1f64.atan().to_degrees(),
         size: (WIDTH * DECADES.count()) as u32,
         depth: FOREVER,
-        ..Shot::default()
     };
     (shot, world.collect())
 }
@@ -201,7 +200,7 @@ fn single_scattering_in_lobes_of_g_0_999_is_its_integral() {
         );
         let fog = homogeneous("m", [sigma_a; 3], [sigma_s; 3], &format!("\"float g\" {g}"));
         let world = format!("{ring}{fog}{}", boundary("m", "", "Shape \"sphere\" \"float radius\" 20"));
-        let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov: 1e-3, size: 8, depth: 1, ..Shot::default() };
+        let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov: 1e-3, size: 8, depth: 1 };
         for volume_sampling in SAMPLINGS {
             let spp = if volume_sampling == VolumeSampling::Null { 256 } else { 128 };
             let options = Options { spp, volume_sampling, ..Options::default() };

@@ -5,7 +5,7 @@
 
 use crate::common::blocks::{Blocks, Family};
 use crate::common::{
-    CUBE, FLOOR, Options, Shot, boundary, glow, grid_medium, image_mean, prepare_text, render_text, shuffled_grid,
+    CUBE, FLOOR, Options, Shot, View, boundary, glow, grid_medium, image_mean, prepare_text, render_text, shuffled_grid,
 };
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::Film;
@@ -16,7 +16,7 @@ const GRID: [usize; 2] = [3, 3];
 const SEEDS: u32 = 12;
 
 fn shot() -> Shot {
-    Shot { from: [0.0, 3.0, -5.0], to: [0.0, -0.6, 0.0], fov: 50.0, size: 24, depth: 3, ..Shot::default() }
+    Shot { from: [0.0, 3.0, -5.0], to: [0.0, -0.6, 0.0], fov: 50.0, size: 24, depth: 3 }
 }
 
 /// A fire of 4³ samples from −1 to 1: its densities a shuffle, its radiances another.
@@ -115,8 +115,7 @@ fn variance(film: &Film) -> f64 {
 fn a_lit_floor_has_a_twentieth_of_the_variance() {
     let fire = format!("AttributeBegin Scale 0.15 0.15 0.15 {}{}AttributeEnd\n", fire("f", THIN), placed("f", 1.0));
     // Below the fire, which is not in the picture.
-    let camera =
-        Shot { from: [0.0, -0.4, -4.0], to: [0.0, -1.2, -1.0], fov: 20.0, size: 16, depth: 2, ..Shot::default() };
+    let camera = Shot { from: [0.0, -0.4, -4.0], to: [0.0, -1.2, -1.0], fov: 20.0, size: 16, depth: 2 };
     let render = |volume_lights| {
         let options = Options { spp: 256, volume_lights, cache: CacheSettings::default(), ..Options::default() };
         camera.render(&format!("{FLOOR}{fire}"), &options).film

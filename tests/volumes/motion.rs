@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use crate::common::{Options, SLACK, Shot, assert_mean, integrate, prepare_file, render_text};
+use crate::common::{Options, SLACK, Shot, View, assert_mean, integrate, prepare_file, render_text};
 use lanternfish::render::VolumeLights;
 use lanternfish::scene::Warnings;
 use openvdb::{Compression, Precision, VdbWriter, set_worker};
@@ -47,7 +47,7 @@ fn density(x: f64) -> f64 {
 fn look(file: &Path, parameters: &str, x: f64, spp: u32) -> ([f64; 3], [f64; 3]) {
     let sky = "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
     let region = "AttributeBegin MediumInterface \"m\" \"\" Material \"interface\" Shape \"sphere\" \"float radius\" 9 AttributeEnd\n";
-    let shot = Shot { fov: 0.01, size: 4, depth: 1, from: [x, 0.0, -20.0], to: [x, 0.0, 0.0], ..Shot::default() };
+    let shot = Shot { fov: 0.01, size: 4, depth: 1, from: [x, 0.0, -20.0], to: [x, 0.0, 0.0] };
     shot.mean(&format!("{sky}{}{region}", medium(file, parameters)), spp)
 }
 

@@ -6,12 +6,12 @@
 
 use crate::common::blocks::{Blocks, Family};
 use crate::common::media::{DOME, FOREVER, SAMPLINGS, check, depth, grey, grid, homogeneous, list, tent};
-use crate::common::{CUBE, FLOOR, Options, Shot, boundary, difference, image_mean, prepare_text, shuffled_grid};
+use crate::common::{CUBE, FLOOR, Options, Shot, View, boundary, difference, image_mean, prepare_text, shuffled_grid};
 use lanternfish::render::VolumeSampling;
 
 /// Looks at `to` from `from` through so small a field that all rays are one.
 fn ray(from: [f64; 3], to: [f64; 3]) -> Shot {
-    Shot { from, to, fov: 0.005, size: 8, depth: 3, ..Shot::default() }
+    Shot { from, to, fov: 0.005, size: 8, depth: 3 }
 }
 
 fn options(spp: u32) -> Options {
@@ -278,7 +278,7 @@ fn scenery(scale: f64, place: f64) -> (Shot, String) {
         boundary("h", "", "Shape \"sphere\" \"float radius\" 8"),
     );
     let at = |p: [f64; 3]| p.map(|c| c * scale + place);
-    (Shot { from: at([0.0, 1.0, -5.0]), to: at([0.0; 3]), fov: 40.0, size: 12, depth: 4, ..Shot::default() }, world)
+    (Shot { from: at([0.0, 1.0, -5.0]), to: at([0.0; 3]), fov: 40.0, size: 12, depth: 4 }, world)
 }
 
 /// Powers of two change no digit of what lies at the origin. A million units away a last digit differs here and there, and a sample in a

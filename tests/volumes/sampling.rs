@@ -5,8 +5,8 @@
 
 use crate::common::blocks::{Blocks, Family};
 use crate::common::{
-    CUBE, FLOOR, Options, SLACK, Shot, assert_mean, boundary, glow, grid_medium, image_mean, integrate, prepare_text,
-    render_text, shuffled_grid,
+    CUBE, FLOOR, Options, SLACK, Shot, View, assert_mean, boundary, glow, grid_medium, image_mean, integrate,
+    prepare_text, render_text, shuffled_grid,
 };
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::Film;
@@ -17,7 +17,7 @@ const GRID: [usize; 2] = [3, 3];
 const SEEDS: u32 = 12;
 
 fn shot() -> Shot {
-    Shot { from: [0.0, 1.0, -5.0], to: [0.0, -0.2, 0.0], fov: 50.0, size: 24, depth: 3, ..Shot::default() }
+    Shot { from: [0.0, 1.0, -5.0], to: [0.0, -0.2, 0.0], fov: 50.0, size: 24, depth: 3 }
 }
 
 /// A lamp of two, the near one behind a wall as seen from some of the haze.
@@ -175,7 +175,7 @@ fn single_scattering_is_its_integral() {
             5.0 / to_light.powi(2) * phase * scattering * (-extinction * (t + to_light)).exp()
         };
         let expected = integrate(0.0, 6.0, 400, radiance) + integrate(6.0, 200.0, 400, radiance);
-        let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov: 0.01, size: 8, depth: 1, ..Shot::default() };
+        let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], fov: 0.01, size: 8, depth: 1 };
         for sampling in [VolumeSampling::Both, VolumeSampling::InScatter] {
             let options = Options { spp: 512, volume_sampling: sampling, ..Options::default() };
             let (mean, error) = image_mean(&shot.render(&format!("{light}{haze}{ball}"), &options).film);
@@ -218,7 +218,7 @@ fn a_shaft_of_light_has_a_fraction_of_the_variance() {
              AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.02 0.02 0.02] {walls} AttributeEnd\n{between}{haze}{}",
             boundary("h", "", &format!("Scale 2.99 2.99 2.99 {CUBE}"))
         );
-        let shot = Shot { from: [0.0, 0.0, -2.9], to: [0.0, 0.0, 1.0], fov: 60.0, size: 32, depth, ..Shot::default() };
+        let shot = Shot { from: [0.0, 0.0, -2.9], to: [0.0, 0.0, 1.0], fov: 60.0, size: 32, depth };
         let render = |volume_sampling| {
             let options = Options { spp: 64, volume_sampling, cache: CacheSettings::default(), ..Options::default() };
             render_text(&shot.text(&world), &options).film

@@ -226,7 +226,7 @@ mod files {
                 let [x, y, z] = centre;
                 let around = boundary("g", "", &format!("Translate {x} {y} {z} Shape \"sphere\" \"float radius\" 5"));
                 let world = format!("{DOME}{}{around}", medium("one.vdb", &more));
-                let shot = Shot { from, to, fov: 0.005, size: 8, depth: 2, ..Shot::default() };
+                let shot = Shot { from, to, fov: 0.005, size: 8, depth: 2 };
                 let (image, _) = render(folder.path(), &shot, &world, 256);
                 let (mean, error) = image_mean(&image);
                 println!("{what}, {precision:?}: {mean:?} ± {error:?}");

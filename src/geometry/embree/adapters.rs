@@ -3,15 +3,21 @@
 use std::sync::{Arc, OnceLock};
 
 use ::embree::{Candidate, Filter, UserGeometry, UserHit};
+use glam::Vec3;
 
+use super::scale::Scale;
 use super::shape_uv;
 use crate::geometry::trace::{BOUNDARY_T_MIN, Opacity, PrimitivePoint};
 use crate::geometry::{Geometry, InstanceId, Shape, ShapeId};
 
-/// A shape that intersects its own primitives.
+/// A shape that intersects its own primitives, in its own units.
 pub(super) struct ShapePrimitives {
     pub geometry: Arc<Geometry>,
     pub shape: ShapeId,
+    /// That of the shape's space.
+    pub scale: Scale,
+    /// That of render space, in which distances are.
+    pub render: Scale,
 }
 
 impl ShapePrimitives {
@@ -27,7 +33,8 @@ impl UserGeometry for ShapePrimitives {
 
     fn bounds(&self, primitive: u32) -> Option<([f32; 3], [f32; 3])> {
         let (low, high) = self.shape().bounds(primitive);
-        (low.is_finite() && high.is_finite()).then(|| (low.to_array(), high.to_array()))
+        let scaled = |corner: Vec3| (corner * self.scale.to_embree).to_array();
+        (low.is_finite() && high.is_finite()).then(|| (scaled(low), scaled(high)))
     }
 
     fn intersect(
@@ -40,9 +47,12 @@ impl UserGeometry for ShapePrimitives {
     ) -> Option<UserHit> {
         let shape = self.shape();
         // As Embree's own triangles: a boundary is crossed where the ray begins. Asked for the next hit, it begins at a larger number.
-        let t_min = if shape.is_boundary && t_min.to_bits() == 0 { BOUNDARY_T_MIN } else { t_min };
-        let found = shape.intersect(primitive, origin.into(), direction.into(), t_min, t_max);
-        found.map(|(t, uv)| UserHit { t, uv })
+        let is_start = shape.is_boundary && t_min.to_bits() == 0;
+        let t_min = if is_start { BOUNDARY_T_MIN } else { t_min * self.render.from_embree };
+        let origin = Vec3::from(origin) * self.scale.from_embree;
+        let direction = Vec3::from(direction) * (self.scale.from_embree * self.render.to_embree);
+        let found = shape.intersect(primitive, origin, direction, t_min, t_max * self.render.from_embree);
+        found.map(|(t, uv)| UserHit { t: t * self.render.to_embree, uv })
     }
 }
 

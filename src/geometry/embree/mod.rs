@@ -3,12 +3,13 @@
 //! Two structures, each only over what it is asked for: `opaque` holds the shapes that rays meet, `boundaries` those of
 //! material `interface` (absent when there are none). Triangles and ray-facing curves are Embree's own; quadrics, patches and
 //! ribbons are user geometry that calls the shapes' own intersection, so that both backends find the same points. Embree's
-//! robust mode makes triangles watertight.
+//! robust mode makes triangles watertight. Small scenes are given in larger units and vast ones in smaller (`scale`).
 //!
 //! Assumes what `ffi/embree` promises: no panic and no error crosses into a query.
 
 mod adapters;
 mod motion;
+mod scale;
 mod structure;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 
 use ::embree::{Candidate, Device, Error};
 
+use self::scale::{Scale, Scales};
 use self::structure::Structure;
 use super::shape::{Shape, ShapeKind};
 use super::trace::put_in_order;
@@ -28,6 +30,8 @@ pub struct EmbreeTracer {
     geometry: Arc<Geometry>,
     opaque: Structure,
     boundaries: Option<Structure>,
+    /// From render space to Embree's units.
+    scale: Scale,
     device: Arc<Device>,
 }
 
@@ -49,28 +53,29 @@ impl EmbreeTracer {
     /// What Embree said: out of memory, an unsupported CPU, vertex numbers out of range.
     pub fn build(geometry: Arc<Geometry>, opacity: Option<Arc<dyn Opacity>>) -> Result<Self, TraceError> {
         let device = Device::new(rayon::current_num_threads())?;
-        let opaque = Structure::build(&device, &geometry, opacity.as_ref(), false)?;
+        let scales = Scales::new(&geometry);
+        let opaque = Structure::build(&device, &geometry, opacity.as_ref(), &scales, false)?;
         let boundaries = if geometry.shapes.iter().any(|shape| shape.is_boundary) {
-            Some(Structure::build(&device, &geometry, None, true)?)
+            Some(Structure::build(&device, &geometry, None, &scales, true)?)
         } else {
             None
         };
-        Ok(Self { geometry, opaque, boundaries, device })
+        Ok(Self { geometry, opaque, boundaries, scale: scales.render, device })
     }
 
     /// The closest hit before `ray.t_max` on anything but boundaries. A ray with a NaN hits nothing.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<RayHit> {
-        let hit = self.opaque.scene.intersect(&embree_ray(ray))?;
+        let hit = self.opaque.scene.intersect(&self.embree_ray(ray))?;
         let (shape, instance) = self.opaque.resolve(hit.geometry, hit.instance);
         let uv = shape_uv(&self.geometry.shapes[shape.0 as usize], hit.uv);
-        Some(RayHit { t: hit.t, shape, instance, primitive: hit.primitive, uv })
+        Some(RayHit { t: hit.t * self.scale.from_embree, shape, instance, primitive: hit.primitive, uv })
     }
 
     /// Whether anything but boundaries lies before `ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.opaque.scene.occluded(&embree_ray(ray))
+        self.opaque.scene.occluded(&self.embree_ray(ray))
     }
 
     /// All boundary crossings in [0, `ray.t_max`) in the order of [`put_in_order`].
@@ -79,10 +84,11 @@ impl EmbreeTracer {
         let Some(boundaries) = &self.boundaries else {
             return;
         };
-        boundaries.scene.collect(&embree_ray(ray), &mut |candidate| {
+        boundaries.scene.collect(&self.embree_ray(ray), &mut |candidate| {
             let (shape, instance) = boundaries.resolve(candidate.hit.geometry, candidate.hit.instance);
             let entering = is_entering(&self.geometry.shapes[shape.0 as usize], candidate);
-            crossings.push(BoundaryCrossing { t: candidate.hit.t, shape, instance, entering });
+            let t = candidate.hit.t * self.scale.from_embree;
+            crossings.push(BoundaryCrossing { t, shape, instance, entering });
         });
         put_in_order(crossings);
     }
@@ -91,19 +97,19 @@ impl EmbreeTracer {
     pub fn memory(&self) -> usize {
         self.device.memory()
     }
-}
 
-/// Embree's interval is closed at its far end, [`Ray`]'s is open.
-#[inline]
-fn embree_ray(ray: &Ray) -> ::embree::Ray {
-    let t_max = if ray.t_max.is_finite() { ray.t_max.next_down() } else { ray.t_max };
-    ::embree::Ray {
-        origin: ray.origin.to_array(),
-        direction: ray.direction.to_array(),
-        t_min: 0.0,
-        t_max,
-        time: ray.time,
-        id: ray.opacity_seed,
+    /// The ray in Embree's units. Embree's interval is closed at its far end, [`Ray`]'s is open.
+    #[inline]
+    fn embree_ray(&self, ray: &Ray) -> ::embree::Ray {
+        let t_max = if ray.t_max.is_finite() { ray.t_max.next_down() } else { ray.t_max };
+        ::embree::Ray {
+            origin: (ray.origin * self.scale.to_embree).to_array(),
+            direction: ray.direction.to_array(),
+            t_min: 0.0,
+            t_max: t_max * self.scale.to_embree,
+            time: ray.time,
+            id: ray.opacity_seed,
+        }
     }
 }
 

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use ::embree::{Device, Error, Geometry, QuaternionKey, Scene};
 use glam::{Affine3A, DAffine3, DMat3, DQuat, DVec3};
 
+use super::scale::Scale;
 use crate::geometry::MotionTransform;
 use crate::math::transform::Decomposed;
 
@@ -20,14 +21,20 @@ const TOLERANCE: f32 = 1e-6;
 /// The most steps between keys: Embree allows 129 keys. A half turn then has steps of 1.4°.
 const MAX_STEPS: usize = 128;
 
-/// The instance of `scene`; `None` where the transform flattens it to nothing or is not finite.
+/// The instance of `scene`, whose space has the scale `within`, in a render space of the scale `outside`; `None` where the transform flattens it to
+/// nothing or is not finite.
 pub(super) fn instance(
     device: &Arc<Device>,
     scene: &Arc<Scene>,
     transform: &MotionTransform,
+    outside: Scale,
+    within: Scale,
 ) -> Result<Option<Geometry>, Error> {
+    let units = Units { length: outside.to_embree, linear: outside.to_embree * within.from_embree };
     match transform {
         MotionTransform::Fixed(affine) => {
+            let affine =
+                Affine3A { matrix3: affine.matrix3 * units.linear, translation: affine.translation * units.length };
             // Embree inverts in f32; an inverse that is not finite would make rays of NaN. (Scenes with such are refused before.)
             if !affine.is_finite() || !affine.matrix3.determinant().recip().is_finite() {
                 return Ok(None);
@@ -37,11 +44,11 @@ pub(super) fn instance(
         MotionTransform::Moving { start, end } => {
             let mut steps = 1;
             loop {
-                let Some(keys) = keys(start, end, steps) else {
+                let Some(keys) = keys(start, end, units, steps) else {
                     return Ok(None);
                 };
                 let made = Geometry::moving_instance(device, scene, &keys)?;
-                if steps == MAX_STEPS || error(&made, transform, steps)? <= TOLERANCE {
+                if steps == MAX_STEPS || error(&made, transform, units, steps)? <= TOLERANCE {
                     return Ok(Some(made));
                 }
                 steps *= 2;
@@ -50,9 +57,23 @@ pub(super) fn instance(
     }
 }
 
+/// What transforms are multiplied by for Embree.
+#[derive(Clone, Copy)]
+struct Units {
+    /// Their translations.
+    length: f32,
+    /// Their linear parts.
+    linear: f32,
+}
+
 /// `steps` + 1 keys; `None` where one is not finite.
-fn keys(start: &Decomposed, end: &Decomposed, steps: usize) -> Option<Vec<QuaternionKey>> {
-    (0..=steps).map(|step| key(&start.interpolate(end, step as f64 / steps as f64))).collect()
+fn keys(start: &Decomposed, end: &Decomposed, units: Units, steps: usize) -> Option<Vec<QuaternionKey>> {
+    let at = |step: usize| {
+        let affine = start.interpolate(end, step as f64 / steps as f64);
+        let (linear, length) = (f64::from(units.linear), f64::from(units.length));
+        DAffine3 { matrix3: affine.matrix3 * linear, translation: affine.translation * length }
+    };
+    (0..=steps).map(|step| key(&at(step))).collect()
 }
 
 /// M = T Q U by Gram–Schmidt; Q is a rotation, so that U takes up a reflection.
@@ -74,12 +95,12 @@ fn key(affine: &DAffine3) -> Option<QuaternionKey> {
 }
 
 /// The largest relative error of the linear part, looked for in the middle of the steps and at their quarters.
-fn error(instance: &Geometry, transform: &MotionTransform, steps: usize) -> Result<f32, Error> {
+fn error(instance: &Geometry, transform: &MotionTransform, units: Units, steps: usize) -> Result<f32, Error> {
     let mut largest = 0.0f32;
     for quarter in (0..4 * steps).filter(|quarter| quarter % 4 != 0) {
         let time = quarter as f32 / (4 * steps) as f32;
         let found = Affine3A::from_cols_array(&instance.transform_at(time)?).matrix3;
-        let wanted = transform.at(time).matrix3;
+        let wanted = transform.at(time).matrix3 * units.linear;
         let columns = |m: glam::Mat3A| [m.x_axis, m.y_axis, m.z_axis];
         let scale = columns(wanted).map(|c| c.length()).into_iter().fold(f32::MIN_POSITIVE, f32::max);
         for (found, wanted) in columns(found).into_iter().zip(columns(wanted)) {

@@ -7,6 +7,7 @@ use ::embree::{CurveKind, Device, Error, HitFilter, Scene, SceneBuilder};
 use glam::Vec3;
 
 use super::adapters::{InstanceNumbers, ShapeOpacity, ShapePrimitives};
+use super::scale::{Scale, Scales};
 use super::{is_embree_curve, motion};
 use crate::geometry::curve::Curves;
 use crate::geometry::trace::Opacity;
@@ -44,6 +45,7 @@ struct Builder<'a> {
     device: &'a Arc<Device>,
     geometry: &'a Arc<Geometry>,
     opacity: Option<&'a Arc<dyn Opacity>>,
+    scales: &'a Scales,
     instances: Arc<InstanceNumbers>,
     boundaries: bool,
 }
@@ -54,13 +56,14 @@ impl Structure {
         device: &Arc<Device>,
         geometry: &Arc<Geometry>,
         opacity: Option<&Arc<dyn Opacity>>,
+        scales: &Scales,
         boundaries: bool,
     ) -> Result<Self, Error> {
-        let builder = Builder { device, geometry, opacity, instances: Arc::default(), boundaries };
+        let builder = Builder { device, geometry, opacity, scales, instances: Arc::default(), boundaries };
         let mut top = SceneBuilder::new(device, true)?;
         let mut targets = Vec::new();
         for &shape in &geometry.top_level {
-            if let Some(made) = builder.shape(shape)? {
+            if let Some(made) = builder.shape(shape, scales.render)? {
                 top.attach(made)?;
                 targets.push(Target::Shape(shape));
             }
@@ -76,7 +79,8 @@ impl Structure {
             let Some(scene) = &prototype.scene else {
                 continue;
             };
-            if let Some(made) = motion::instance(device, scene, &instance.transform)? {
+            let within = scales.prototypes[instance.prototype as usize];
+            if let Some(made) = motion::instance(device, scene, &instance.transform, scales.render, within)? {
                 top.attach(made)?;
                 targets.push(Target::Instance { id: InstanceId(id as u32), prototype: instance.prototype });
             }
@@ -107,7 +111,7 @@ impl Builder<'_> {
         let mut builder = SceneBuilder::new(self.device, true)?;
         let mut shapes = Vec::new();
         for &shape in &self.geometry.prototypes[number as usize].shapes {
-            if let Some(made) = self.shape(shape)? {
+            if let Some(made) = self.shape(shape, self.scales.prototypes[number as usize])? {
                 builder.attach(made)?;
                 shapes.push(shape);
             }
@@ -116,21 +120,26 @@ impl Builder<'_> {
         Ok(PrototypeScene { scene, shapes })
     }
 
-    /// Embree's geometry of a shape, if it belongs to this structure and has anything to hit.
-    fn shape(&self, id: ShapeId) -> Result<Option<::embree::Geometry>, Error> {
+    /// Embree's geometry of a shape in a space of this scale, if it belongs to this structure and has anything to hit.
+    fn shape(&self, id: ShapeId, scale: Scale) -> Result<Option<::embree::Geometry>, Error> {
         let shape = &self.geometry.shapes[id.0 as usize];
         if shape.is_boundary != self.boundaries || shape.primitive_count() == 0 {
             return Ok(None);
         }
         let filter = self.filter(id, shape);
         match &shape.kind {
+            ShapeKind::Triangles(mesh) if scale != Scale::ONE => {
+                let owner = Arc::new(ScaledMesh::new(self.geometry.clone(), &mesh.positions, scale));
+                ::embree::Geometry::triangles(self.device, owner, |scaled| scaled.buffers(id), filter)
+            }
             ShapeKind::Triangles(_) => {
                 let owner = self.geometry.clone();
                 ::embree::Geometry::triangles(self.device, owner, |all| triangle_buffers(all, id), filter)
             }
-            ShapeKind::Curves(curves) if is_embree_curve(shape) => self.flat_curves(curves, filter),
+            ShapeKind::Curves(curves) if is_embree_curve(shape) => self.flat_curves(curves, scale, filter),
             _ => {
-                let primitives = ShapePrimitives { geometry: self.geometry.clone(), shape: id };
+                let primitives =
+                    ShapePrimitives { geometry: self.geometry.clone(), shape: id, scale, render: self.scales.render };
                 ::embree::Geometry::user(self.device, Arc::new(primitives), filter)
             }
         }
@@ -150,16 +159,36 @@ impl Builder<'_> {
         }
     }
 
-    fn flat_curves(&self, curves: &Curves, filter: HitFilter) -> Result<::embree::Geometry, Error> {
+    fn flat_curves(&self, curves: &Curves, scale: Scale, filter: HitFilter) -> Result<::embree::Geometry, Error> {
         let segments = curves.control_points.iter().zip(&curves.widths);
         let vertices = segments.flat_map(|(points, &[start, end])| {
             // A width linear along the segment has Bézier ordinates at thirds.
             let radius = move |third: usize| 0.5 * (start + (end - start) * (third as f32 / 3.0));
-            points.iter().enumerate().map(move |(third, p)| [p.x, p.y, p.z, radius(third)])
+            let vertex = move |(third, p): (usize, &Vec3)| [p.x, p.y, p.z, radius(third)].map(|x| x * scale.to_embree);
+            points.iter().enumerate().map(vertex)
         });
         let first = (0..curves.control_points.len() as u32).map(|segment| 4 * segment);
         let (vertices, first) = (vertices.collect(), first.collect());
         ::embree::Geometry::bezier_curves(self.device, CurveKind::Flat, vertices, first, CURVE_PIECES, filter)
+    }
+}
+
+/// A mesh's vertices in Embree's units, and whose indices they go with.
+struct ScaledMesh {
+    geometry: Arc<Geometry>,
+    positions: Vec<Vec3>,
+}
+
+impl ScaledMesh {
+    fn new(geometry: Arc<Geometry>, positions: &[Vec3], scale: Scale) -> Self {
+        // With the room for one more that saves another copy.
+        let mut scaled = Vec::with_capacity(positions.len() + 1);
+        scaled.extend(positions.iter().map(|&p| p * scale.to_embree));
+        Self { geometry, positions: scaled }
+    }
+
+    fn buffers(&self, id: ShapeId) -> (&Vec<Vec3>, &[[u32; 3]]) {
+        (&self.positions, triangle_buffers(&self.geometry, id).1)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::geometry::trace::{Opacity, PrimitivePoint};
 use crate::math::transform::Decomposed;
 
 /// A chequerboard of the parameters, drawn anew for each seed.
-struct Chequered;
+pub(super) struct Chequered;
 
 impl Opacity for Chequered {
     fn is_opaque(&self, _: &Geometry, at: &PrimitivePoint, seed: u32) -> bool {
@@ -22,7 +22,8 @@ impl Opacity for Chequered {
     }
 }
 
-fn everything() -> Arc<Geometry> {
+/// Every kind of shape but curves, as such and instanced, still and moving, opaque and as boundaries.
+pub(super) fn everything() -> Arc<Geometry> {
     let sphere = |radius: f32| {
         ShapeKind::Sphere(Sphere {
             radius,

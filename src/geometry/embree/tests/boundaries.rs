@@ -10,7 +10,7 @@ fn boundary(kind: ShapeKind) -> Shape {
     Shape { is_boundary: true, ..shape(kind) }
 }
 
-fn unit_sphere(radius: f32) -> ShapeKind {
+pub(super) fn unit_sphere(radius: f32) -> ShapeKind {
     ShapeKind::Sphere(Sphere {
         radius,
         z_min: -radius,

@@ -4,6 +4,7 @@ mod backends;
 mod boundaries;
 mod motion;
 mod opacity;
+mod scale;
 mod surfaces;
 mod watertight;
 

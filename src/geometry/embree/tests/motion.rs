@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::*;
-use crate::geometry::embree::motion;
+use crate::geometry::embree::{motion, scale::Scale};
 use crate::math::transform::Decomposed;
 
 fn moving(start: DAffine3, end: DAffine3) -> MotionTransform {
@@ -39,7 +39,9 @@ fn interpolation_agrees_with_ours() {
     let device = ::embree::Device::new(1).expect("Embree starts");
     let scene = Arc::new(::embree::SceneBuilder::new(&device, true).and_then(|s| s.commit()).expect("an empty scene"));
     for (name, motion) in motions() {
-        let made = motion::instance(&device, &scene, &motion).expect("well formed").expect("invertible");
+        let made = motion::instance(&device, &scene, &motion, Scale::ONE, Scale::ONE)
+            .expect("well formed")
+            .expect("invertible");
         let mut random = Random::new(50);
         let mut largest = 0.0f32;
         for _ in 0..500 {

@@ -1,5 +1,7 @@
 //! Geometry: sizes, places, slivers, triangles without area, grazing views, paths of thousands of bounces between surfaces, both ray tracers.
 
+mod size;
+
 use super::case::{Case, Stop, Trial};
 use super::scene::{DOME, FOREVER, How, Shot, lamp, list, mesh, point};
 use crate::geometry::Backend;
@@ -7,27 +9,31 @@ use crate::geometry::Backend;
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "geometry.scale",
-        checks: "A scene of some units made 2^-30 to 2^40 times as large (2^-40 by the native tracer) is the same image, sample by sample.",
-        seconds: 0.2,
+        checks: "A scene of some units made 2^-30 to 2^40 times as large is the same image, sample by sample.",
+        seconds: 0.4,
         known: None,
-        run: scale,
+        run: size::scale,
     },
     Case {
         name: "geometry.tiny",
-        checks: "A scene made 2^-40 times as large, 5e-12 across, is the same image with Embree, too.",
-        seconds: 0.1,
-        known: Some(
-            "Embree's barycentric coordinates are those of a corner where a triangle, as the ray sees it, has less area than about 1e-18, as in scenes \
-             of less than 1e-9 units; --backend native is right",
-        ),
-        run: tiny,
+        checks: "A scene made 2^-40, 2^-50 and 2^-60 times as large, down to 5e-18 across, is the same image.",
+        seconds: 0.4,
+        known: None,
+        run: size::tiny,
+    },
+    Case {
+        name: "geometry.vast",
+        checks: "A scene made 2^44 and 2^56 times as large, up to 4e17 across, is the same image.",
+        seconds: 0.3,
+        known: None,
+        run: size::vast,
     },
     Case {
         name: "geometry.far",
         checks: "A scene a million, and a thousand million units away is the same image.",
         seconds: 0.1,
         known: None,
-        run: far,
+        run: size::far,
     },
     Case {
         name: "geometry.sliver-floor",
@@ -87,53 +93,6 @@ fn things(scale: f64) -> String {
         point(8.0 * scale * scale, [1.0, 2.5, -1.0]),
         lamp(6.0, "Translate -1 2 0.5 Shape \"sphere\" \"float radius\" 0.2")
     )
-}
-
-/// The things on the floor, `by` times as large; sample by sample as they are.
-fn sized(trial: &mut Trial, backend: Backend, powers: &[i32]) -> Result<(), Stop> {
-    let how = How { backend, ..How::spp(8) };
-    let one = trial.render(&VIEW, &format!("{}{FLOOR}", things(1.0)), &how)?;
-    for k in powers {
-        let by = 2f64.powi(*k);
-        let shot = Shot { from: VIEW.from.map(|x| x * by), to: VIEW.to.map(|x| x * by), ..VIEW };
-        let image = trial.render(&shot, &format!("Scale {by:e} {by:e} {by:e}\n{}{FLOOR}", things(by)), &how)?;
-        let (apart, source) = (image.apart(1.0, &one), "powers of two change no digit");
-        trial.equal(&format!("relative RMSE at 2^{k}, {backend:?}"), apart, 0.0, 1e-6, source);
-    }
-    Ok(())
-}
-
-fn scale(trial: &mut Trial) -> Result<(), Stop> {
-    for backend in tracers() {
-        sized(trial, backend, &[-30, -20, 20, 40])?;
-    }
-    sized(trial, Backend::Native, &[-40])
-}
-
-fn tiny(trial: &mut Trial) -> Result<(), Stop> {
-    if !cfg!(feature = "embree") {
-        return Err(Stop::Skipped("this build has no Embree".to_owned()));
-    }
-    sized(trial, Backend::Embree, &[-40])
-}
-
-fn far(trial: &mut Trial) -> Result<(), Stop> {
-    let how = How::spp(8);
-    let here = trial.render(&VIEW, &format!("{}{FLOOR}", things(1.0)), &how)?;
-    // The move to the camera is made in double precision: 1e9 units have steps of 1e-7.
-    for (place, allowed) in [(1e6, 1e-4), (-1e6, 1e-4), (1e9, 1e-4)] {
-        let shot = Shot { from: VIEW.from.map(|x| x + place), to: VIEW.to.map(|x| x + place), ..VIEW };
-        let world = format!("Translate {place:e} {place:e} {place:e}\n{}{FLOOR}", things(1.0));
-        let image = trial.render(&shot, &world, &how)?;
-        trial.equal(
-            &format!("relative RMSE at {place:e}"),
-            image.apart(1.0, &here),
-            0.0,
-            allowed,
-            "invariance, but for steps of double precision",
-        );
-    }
-    Ok(())
 }
 
 /// A mesh in the plane y = 0 with texture coordinates like the floor's.
