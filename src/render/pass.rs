@@ -129,22 +129,23 @@ impl Pass<'_> {
         let ray = self.camera_ray(pixel, &camera);
         let seen = |seen, scratch: &mut Scratch| {
             splitting.saw(seen);
-            if splitting.rays == 0 { seen } else { self.split::<MEDIA>(pixel, sample, splitting.rays, seen, scratch) }
+            if splitting.rays == 0 { seen } else { self.split::<MEDIA>(pixel, sample, splitting, seen, scratch) }
         };
         trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch, seen)
     }
 
-    /// What shines straight into the camera: the mean over what a path's own camera ray has seen, and what as many others as `rays` do. Those of a
+    /// What shines straight into the camera: the mean over what a path's own camera ray has seen, and what as many others as `splitting` asks for do. Those of a
     /// pixel are points of one sequence in a pass.
     fn split<const MEDIA: bool>(
         &self,
         pixel: [u32; 2],
         sample: u32,
-        rays: u32,
+        splitting: &mut PixelSplitting,
         own: Rgb,
         scratch: &mut Scratch,
     ) -> Rgb {
         let seed = mix((u64::from(self.seed) << 32 | u64::from(self.samples.start)) ^ SPLIT_SEED) as u32;
+        let rays = splitting.rays;
         let share = 1.0 / (1 + rays) as f32;
         let mut sum = own * share;
         let first = (sample - self.samples.start).wrapping_mul(rays);
@@ -153,6 +154,9 @@ impl Pass<'_> {
             let random = self.point(SampleId { seed, pixel, sample });
             let ray = self.camera_ray(pixel, &random);
             let seen = view_ray::seen::<MEDIA>(&self.job.world, ray, &random, scratch);
+            if self.samples.start == 0 {
+                splitting.saw(seen);
+            }
             sum += seen * share;
         }
         sum

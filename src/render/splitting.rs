@@ -13,7 +13,8 @@
 //!
 //! That is learned from what the paths' own camera rays see around a pixel, and a pass goes by what earlier ones saw. The pixel itself has no say: its
 //! rays are points of one sequence, each where the others are not, so to split those that come after a lucky one would be bias. Nor have the rays
-//! that are split off, whose number neighbours decide about in turn. So a pixel's rays and how they are split are independent, and nothing is biased.
+//! that are split off, whose number neighbours decide about in turn, but for those of the first pass, when all pixels send out as many. So a pixel's
+//! rays and how they are split are independent, and nothing is biased.
 
 use rayon::prelude::*;
 
@@ -25,6 +26,9 @@ const PRICE: f64 = 8.0;
 
 /// Rays that a sample sends out besides its path, at most. Twice as many take off another 5 % of the image's error² in `rooms` and cost as much time.
 const MOST_RAYS: f64 = 31.0;
+
+/// Rays that a pixel's first sample sends out besides its path, when nothing is known.
+const SCOUTS: u8 = 4;
 
 /// What the camera rays of a pixel's paths have seen, in single precision: it decides nothing but a number of rays.
 #[derive(Clone, Copy, Debug, Default)]
@@ -81,7 +85,7 @@ pub struct PixelSplitting {
 }
 
 impl PixelSplitting {
-    /// The camera ray of a path has seen this.
+    /// A ray has seen this: the camera ray of a path, or one of the first pass's others.
     #[inline]
     pub fn saw(&mut self, radiance: Rgb) {
         // Squares of more than this would not fit.
@@ -102,7 +106,7 @@ impl Splitting {
     pub fn new(tiles: impl Iterator<Item = PixelBounds>, bounds: PixelBounds) -> Self {
         let tile = |bounds: PixelBounds| TileSplitting {
             bounds,
-            rays: vec![0; bounds.area()],
+            rays: vec![SCOUTS; bounds.area()],
             seen: vec![Seen::default(); bounds.area()],
         };
         Self { columns: bounds.width().div_ceil(TILE_SIZE) as usize, tiles: tiles.map(tile).collect() }
