@@ -143,6 +143,7 @@ pub(super) mod tests {
         let cost = Cost {
             wall_seconds: seconds,
             cpu_seconds: 2.0 * seconds,
+            cpu_seconds_with_helpers: 2.0 * seconds,
             cpu_seconds_rendering: 2.0 * seconds,
             load_seconds: 0.0,
             build_seconds: 0.0,

@@ -4,9 +4,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::crops::Crops;
+use super::lean::LeanReport;
 use super::report::{Report, SceneReport};
 use super::table::escape;
-use super::{bar, plots, tables};
+use super::{bar, lean, plots, tables};
 
 const STYLE: &str = "\
 :root{color-scheme:light dark;--line:#d4d4d4;--soft:#666;--back:#fff;--text:#1a1a1a}\
@@ -38,7 +39,31 @@ pub fn html(report: &Report) -> String {
     for (scene, crops) in report.scenes.iter().zip(&report.crops) {
         text += &of_scene(scene, crops);
     }
+    text += &of_lean(&report.lean);
     text + "</html>\n"
+}
+
+/// What leaving out saves, with the texts that were added to scenes.
+fn of_lean(reports: &[LeanReport]) -> String {
+    if reports.is_empty() {
+        return String::new();
+    }
+    let mut text = "<h2>What is left out</h2>\n".to_owned();
+    for report in reports {
+        text += &lean::tables::costs(report).html();
+        text += &lean::tables::reasons(report).html();
+        let files: String = report
+            .rows
+            .iter()
+            .filter(|row| !row.text.is_empty())
+            .map(|row| format!("<h3>{}</h3>\n<p><code>{}</code></p>\n", escape(row.system), escape(&row.text)))
+            .collect();
+        text += &format!(
+            "<details><summary>The files, beside the scene's while it was measured, and the command</summary>\n<p><code>{}</code></p>\n{files}</details>\n",
+            escape(&report.command)
+        );
+    }
+    text
 }
 
 const HOW_TO_READ: &str = "<details><summary>How to read this</summary>\n\

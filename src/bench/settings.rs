@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::BenchError;
 use super::goals::Goal;
+use super::lean::When;
 use super::method::Method;
 use super::suite;
 
@@ -32,6 +33,8 @@ pub struct Request {
     pub resolution: Option<[u32; 2]>,
     /// Threads of each render.
     pub threads: Option<u32>,
+    /// When it is measured what leaving out saves.
+    pub lean: Option<When>,
     /// The folder of the results.
     pub out: PathBuf,
     /// The whole command, for the report.
@@ -90,10 +93,25 @@ pub struct Settings {
     pub resolution: Option<[u32; 2]>,
     /// Threads of each render.
     pub threads: Option<u32>,
+    /// What is measured of what leaving out saves.
+    pub lean: Lean,
     /// The folder of the results.
     pub out: PathBuf,
     /// The whole command.
     pub command: String,
+}
+
+/// What is said of renders with and without what a scene leaves out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lean {
+    /// When there are any.
+    pub when: When,
+    /// Rounds, if they were said.
+    pub runs: Option<u32>,
+    /// Samples a pixel, if they were said.
+    pub spp: Option<u32>,
+    /// Width and height, if they were said.
+    pub resolution: Option<[u32; 2]>,
 }
 
 /// What is compared where nothing is said.
@@ -137,6 +155,12 @@ impl Settings {
         if reference.is_some() && entries.len() > 1 {
             return usage("--reference is the image of one scene, and there are several".to_owned());
         }
+        let lean = Lean {
+            when: request.lean.unwrap_or(if suite.is_some() { When::Also } else { When::Off }),
+            runs,
+            spp: spp.as_ref().and_then(|list| list.last().copied()),
+            resolution: request.resolution,
+        };
         let levels = match (time, spp) {
             (Some(time), _) => Levels::Time(time),
             (None, Some(spp)) => {
@@ -159,6 +183,7 @@ impl Settings {
             reference_spp: request.reference_spp,
             resolution: request.resolution.or(suite.map(|_| suite::RESOLUTION)),
             threads: request.threads,
+            lean,
             out: request.out,
             command: request.command,
         })
@@ -217,6 +242,7 @@ mod tests {
         let suite = check(|request| request.suite = Some(suite::Suite::All)).expect("a suite");
         assert_eq!((suite.runs, suite.resolution), (3, Some([160, 90])));
         assert!(suite.entries.len() > 10);
+        assert_eq!([settings.lean.when, suite.lean.when], [When::Off, When::Also]);
     }
 
     #[test]

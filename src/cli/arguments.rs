@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
-use crate::bench::Request;
 use crate::bench::suite::Suite;
+use crate::bench::{Request, When};
 use crate::cache_points::gather::Gathering;
 use crate::cache_points::learn::VisibilityRule;
 use crate::cache_points::{CacheSettings, DEFAULT_ENTRIES};
@@ -202,6 +202,10 @@ pub struct BenchArguments {
     /// Threads of each render [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
+    /// Also measure what it saves to leave out what each scene does not need, or that alone: seconds and memory with and without each system that
+    /// it leaves out. `--runs`, the last of `--spp` and `--resolution` hold for it too [default: off; in a suite also].
+    #[arg(long, value_enum, value_name = "off|also|only", num_args = 0..=1, require_equals = true, default_missing_value = "also")]
+    pub lean: Option<When>,
     /// The folder for page, numbers, plots and references; made if it is not there.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -262,6 +266,7 @@ impl BenchArguments {
             reference_spp: self.reference_spp,
             resolution: self.resolution,
             threads: self.threads,
+            lean: self.lean,
             out: self.out.clone(),
             command,
         }
