@@ -17,7 +17,7 @@ h1{font-size:1.6em}h2{margin-top:2.5em;border-top:2px solid var(--line);padding-
 p{margin:.3em 0;color:var(--soft);max-width:110ch}code{white-space:pre-wrap;overflow-wrap:anywhere}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.92em;margin:.5em 0}\
 td,th{padding:3px 12px;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap}\
-td:first-child,th:first-child{text-align:left;padding-left:0}th{font-weight:600}\
+td:first-child,th:first-child{text-align:left;padding-left:0}.words td,.words th{text-align:left}th{font-weight:600}\
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,480px),1fr));gap:1em}.plots svg{width:100%;height:auto}\
 .crops{display:flex;flex-wrap:wrap;gap:.8em}figure{margin:0}figcaption{font-size:.85em;color:var(--soft)}\
 figure img{width:192px;image-rendering:pixelated;display:block;margin-bottom:3px}summary{cursor:pointer;margin-top:1em}";

@@ -116,9 +116,8 @@ pub struct Lean {
 
 /// What is compared where nothing is said.
 const METHODS: &str = "auto,uniform,power,tree";
-/// Runs where nothing is said: with 5, the 95 % interval is 2.8 standard errors to either side; a suite is content with 3 and 4.3.
+/// Runs where nothing is said: with 5, the 95 % interval is 2.8 standard errors to either side.
 const RUNS: u32 = 5;
-const RUNS_OF_SUITE: u32 = 3;
 
 impl Settings {
     /// Checks what was asked for.
@@ -156,7 +155,10 @@ impl Settings {
             return usage("--reference is the image of one scene, and there are several".to_owned());
         }
         let lean = Lean {
-            when: request.lean.unwrap_or(if suite.is_some() { When::Also } else { When::Off }),
+            when: request.lean.unwrap_or(match suite {
+                None | Some(suite::Suite::Small) => When::Off,
+                Some(_) => When::Also,
+            }),
             runs,
             spp: spp.as_ref().and_then(|list| list.last().copied()),
             resolution: request.resolution,
@@ -169,9 +171,9 @@ impl Settings {
                 }
                 Levels::Samples(spp)
             }
-            (None, None) => Levels::Samples((0..=if suite.is_some() { 5 } else { 6 }).map(|i| 1 << i).collect()),
+            (None, None) => Levels::Samples(suite.map_or((0..=6).map(|i| 1 << i).collect(), suite::Suite::levels)),
         };
-        let runs = runs.unwrap_or(if suite.is_some() { RUNS_OF_SUITE } else { RUNS });
+        let runs = runs.unwrap_or(suite.map_or(RUNS, suite::Suite::runs));
         if runs == 0 {
             return usage("--runs: at least 1, and at least 2 to know how sure it is".to_owned());
         }
@@ -181,7 +183,7 @@ impl Settings {
             runs,
             reference,
             reference_spp: request.reference_spp,
-            resolution: request.resolution.or(suite.map(|_| suite::RESOLUTION)),
+            resolution: request.resolution.or(suite.map(suite::Suite::resolution)),
             threads: request.threads,
             lean,
             out: request.out,

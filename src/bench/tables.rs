@@ -150,7 +150,7 @@ pub fn points(scene: &SceneReport) -> Table {
 
 /// What each method is on the command line.
 pub fn methods(curves: &[Curve]) -> Table {
-    let mut table = Table::new("methods", &["method", "arguments of lanternfish render"]);
+    let mut table = Table::of_words("methods", &["method", "arguments of lanternfish render"]);
     for Curve { method, .. } in curves {
         let arguments = if method.arguments.is_empty() { "none: the defaults".to_owned() } else { method.show() };
         table.rows.push(vec![method.name.clone(), arguments]);

@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use tempfile::NamedTempFile;
+
 use super::processor::Processor;
 use super::row::{LIMIT, ratio_of};
-use super::variant::Variant;
+use super::variant::{self, Variant};
 use crate::bench::BenchError;
 use crate::bench::method::Method;
 use crate::bench::ratio::Ratio;
@@ -18,7 +20,7 @@ use crate::system::memory::available;
 /// Rounds where nothing is said.
 const LEAST: u32 = 3;
 const MOST: u32 = 12;
-/// Processor seconds that a render of the scene as it is takes, without getting ready: the clock counts hundredths of them.
+/// Processor seconds that a render of the scene as it is takes, without getting ready.
 const SECONDS: f64 = 0.5;
 /// Samples a pixel of the render that tells how many that makes; volumes learn from the first four.
 const PILOT: u32 = 8;
@@ -29,6 +31,8 @@ const TOGETHER: usize = 3;
 
 /// What is rendered.
 pub struct Plan<'a> {
+    /// A file that holds the scene as it is.
+    plain: NamedTempFile,
     scene: &'a Path,
     folder: &'a Path,
     method: Method,
@@ -66,6 +70,7 @@ impl<'a> Plan<'a> {
         let smaller = [width, height].map(|length| (scale * length).round().max(1.0) as u32);
         let rounds = settings.lean.runs.map_or([LEAST, MOST], |runs| [runs; 2]);
         let mut plan = Self {
+            plain: variant::plain(&subject.file)?,
             scene: &subject.file,
             folder,
             method: Method { name: String::new(), arguments: vec![] },
@@ -75,7 +80,7 @@ impl<'a> Plan<'a> {
             together: 1,
         };
         let output = plan.output(0);
-        let cost = render(&plan.task(plan.scene, &plan.method, 1, &output), stop)?.cost;
+        let cost = render(&plan.task(plan.plain.path(), &plan.method, 1, &output), stop)?.cost;
         let samples = f64::from(PILOT) * SECONDS / cost.cpu_seconds_rendering.max(0.01);
         plan.spp = settings.lean.spp.unwrap_or(samples.log2().round().clamp(2.0, 16.0).exp2() as u32);
         let left = available().map_or(f64::INFINITY, |bytes| bytes as f64);
@@ -143,10 +148,11 @@ fn together(
     stop: &AtomicBool,
 ) -> Result<(Vec<Cost>, Vec<bool>), BenchError> {
     let outputs: Vec<PathBuf> = (0..=group.len()).map(|slot| plan.output(slot)).collect();
-    let mut tasks = vec![plan.task(plan.scene, &plan.method, round, &outputs[0])];
+    let mut tasks = vec![plan.task(plan.plain.path(), &plan.method, round, &outputs[0])];
     for (&index, output) in group.iter().zip(&outputs[1..]) {
         let variant = &variants[index];
-        tasks.push(plan.task(variant.file(), &variant.method, round, output));
+        let file = variant.file.as_ref().unwrap_or(&plan.plain);
+        tasks.push(plan.task(file.path(), &variant.method, round, output));
     }
     // Another one begins each time.
     let first = round as usize % tasks.len();

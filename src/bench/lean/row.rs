@@ -92,6 +92,8 @@ impl Row {
     pub fn of(variant: &Variant, trial: Trial, samples: f64) -> Self {
         let Trial { rounds, is_same_image } = trial;
         let sample_ratio = ratio_of(&rounds);
+        // Helpers are told of to a hundredth of a second only.
+        let all = |cost: &Cost| if variant.has_helper { cost.cpu_seconds_with_helpers } else { cost.cpu_seconds };
         Self {
             system: variant.system.name,
             reason: variant.reason.clone(),
@@ -99,7 +101,7 @@ impl Row {
             arguments: variant.method.arguments.clone(),
             text: variant.text.clone(),
             is_same_image,
-            start_seconds: Pair::of(&rounds, |cost| cost.cpu_seconds_with_helpers - cost.cpu_seconds_rendering),
+            start_seconds: Pair::of(&rounds, |cost| all(cost) - cost.cpu_seconds_rendering),
             sample_microseconds: Pair::of(&rounds, |cost| 1e6 * cost.cpu_seconds_rendering / samples),
             sample_ratio,
             peak_memory: Pair::of(&rounds, |cost| cost.peak_memory),

@@ -46,7 +46,7 @@ pub fn costs(report: &LeanReport) -> Table {
 
 /// Why each is left out, and what makes the scene need it.
 pub fn reasons(report: &LeanReport) -> Table {
-    let mut table = Table::new(
+    let mut table = Table::of_words(
         format!("{}: why, and with what it is measured", report.scene),
         &["left out", "because", "with it: the same scene and"],
     );
@@ -63,19 +63,34 @@ fn how(row: &Row) -> String {
 
 /// `+31 ± 4`.
 fn more(estimate: &Estimate, scale: f64) -> String {
-    let sign = if estimate.mean < 0.0 { "−" } else { "+" };
-    let mean = format!("{sign}{:.1}", (scale * estimate.mean).abs());
+    let mean = signed(scale * estimate.mean);
     if estimate.half_width.is_finite() { format!("{mean} ± {:.1}", scale * estimate.half_width) } else { mean }
 }
 
-/// `+12.1 % (10.9 to 13.3)`.
+/// `+12.1 % (+10.9 to +13.3)`.
 fn percent(ratio: &Ratio) -> String {
     let more = |times: f64| 100.0 * (times - 1.0);
     match (ratio.value.is_finite(), ratio.high.is_finite()) {
         (false, _) => "unknown".to_owned(),
-        (true, false) => format!("{:+.1} %", more(ratio.value)),
-        (true, true) => format!("{:+.1} % ({:.1} to {:.1})", more(ratio.value), more(ratio.low), more(ratio.high)),
+        (true, false) => format!("{} %", signed(more(ratio.value))),
+        (true, true) => {
+            let [value, low, high] = [ratio.value, ratio.low, ratio.high].map(|times| signed(more(times)));
+            format!("{value} % ({low} to {high})")
+        }
     }
+}
+
+/// With a sign, unless it is 0 when rounded.
+fn signed(value: f64) -> String {
+    let digits = format!("{:.1}", value.abs());
+    let sign = if digits == "0.0" {
+        ""
+    } else if value < 0.0 {
+        "−"
+    } else {
+        "+"
+    };
+    sign.to_owned() + &digits
 }
 
 /// A render; the names are the header's.
@@ -140,8 +155,9 @@ mod tests {
         let estimate = |mean, half_width| Estimate { mean, half_width };
         assert_eq!(more(&estimate(0.0312, 0.004), 1e3), "+31.2 ± 4.0");
         assert_eq!(more(&estimate(-0.001, f64::INFINITY), 1e3), "−1.0");
-        assert_eq!(percent(&Ratio { value: 1.121, low: 1.109, high: 1.133 }), "+12.1 % (10.9 to 13.3)");
-        assert_eq!(percent(&Ratio { value: 0.99, low: 0.0, high: f64::INFINITY }), "-1.0 %");
+        assert_eq!(percent(&Ratio { value: 1.121, low: 1.109, high: 1.133 }), "+12.1 % (+10.9 to +13.3)");
+        assert_eq!(percent(&Ratio { value: 0.99, low: 0.0, high: f64::INFINITY }), "−1.0 %");
+        assert_eq!(signed(-0.04), "0.0");
         assert_eq!(percent(&Ratio { value: f64::NAN, low: 0.0, high: 0.0 }), "unknown");
     }
 }

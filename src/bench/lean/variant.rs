@@ -1,6 +1,7 @@
 //! A scene made to need a system: a file beside the scene's that includes it and adds to it.
 
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
 
 use glam::Vec3;
 use tempfile::NamedTempFile;
@@ -17,6 +18,9 @@ use crate::render::{Job, RenderSettings, load};
 use crate::scene::{Sources, Warnings};
 use crate::system::output::{OutputError, write_atomically};
 
+/// The system that is a program of its own.
+const READER: &str = "volume reader";
+
 /// A scene that needs one system more.
 pub struct Variant {
     /// The system.
@@ -27,17 +31,10 @@ pub struct Variant {
     pub method: Method,
     /// The text of its file; empty if arguments are enough.
     pub text: String,
-    /// The scene itself, where arguments are enough.
-    scene: PathBuf,
-    /// Is there as long as this.
-    file: Option<NamedTempFile>,
-}
-
-impl Variant {
-    /// The file to render.
-    pub fn file(&self) -> &Path {
-        self.file.as_ref().map_or(&self.scene, NamedTempFile::path)
-    }
+    /// Whether another program reads volumes for it.
+    pub has_helper: bool,
+    /// Its file, which is there as long as this; none if arguments are enough.
+    pub file: Option<NamedTempFile>,
 }
 
 /// Names of files that variants refer to.
@@ -66,8 +63,9 @@ pub fn of(subject: &Subject, folder: &Path) -> Result<(Vec<Variant>, Vec<String>
     for (system, part) in systems::left_out(facts) {
         match variant(subject, system, place, &files)? {
             Ok((method, text, file)) => {
-                let (reason, scene) = (part.reason.clone(), subject.file.clone());
-                variants.push(Variant { system, reason, method, text, scene, file });
+                let reason = part.reason.clone();
+                let has_helper = system.name == READER || facts.has(READER);
+                variants.push(Variant { system, reason, method, text, has_helper, file });
             }
             Err(why) => notes.push(format!("{} is not measured: {why}", system.name)),
         }
@@ -79,7 +77,7 @@ impl Files {
     fn write(folder: &Path) -> Result<Self, BenchError> {
         let texture = folder.join("texture.png");
         let png = encode_png(2, 2, &[128; 12]).map_err(|error| OutputError::new(&texture, error))?;
-        write_atomically(&texture, |file| std::io::Write::write_all(file, &png).map_err(|error| error.to_string()))?;
+        write_atomically(&texture, |file| file.write_all(&png).map_err(|error| error.to_string()))?;
         let volume = folder.join("volume.vdb");
         let written = volume::write(&volume, [Vec3::ZERO, Vec3::ONE], 0.25, ["density"], |_| [1.0]);
         let volume = written.map(|()| quoted(&volume)).map_err(|error| error.to_string());
@@ -108,15 +106,33 @@ fn variant(
         Err(_) => "",
     };
     let text = text(&subject.file, system, place, &files.texture, volume);
-    let folder = subject.file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let fail = |error: std::io::Error| OutputError::new(folder, error);
-    let mut file = tempfile::Builder::new().prefix(".lean-").suffix(".pbrt").tempfile_in(folder).map_err(fail)?;
-    std::io::Write::write_all(&mut file, text.as_bytes()).map_err(fail)?;
+    let file = beside(&subject.file, &text)?;
     Ok(match facts(file.path()) {
         Ok(facts) if facts.has(system.name) || !system.arguments.is_empty() => Ok((method, text, Some(file))),
         Ok(_) => Err("what was added does not make the scene need it".to_owned()),
         Err(why) => Err(format!("with it the scene cannot be loaded: {why}")),
     })
+}
+
+/// A file that includes `scene` and adds nothing: what variants are compared with, so that they differ by the system alone.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn plain(scene: &Path) -> Result<NamedTempFile, OutputError> {
+    beside(scene, &include(scene))
+}
+
+/// A file beside `scene`, where names of files mean the same.
+fn beside(scene: &Path, text: &str) -> Result<NamedTempFile, OutputError> {
+    let folder = scene.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let fail = |error: std::io::Error| OutputError::new(folder, error);
+    let mut file = tempfile::Builder::new().prefix(".lean-").suffix(".pbrt").tempfile_in(folder).map_err(fail)?;
+    file.write_all(text.as_bytes()).map_err(fail)?;
+    Ok(file)
+}
+
+fn include(scene: &Path) -> String {
+    format!("Include \"{}\"\n", quoted(Path::new(scene.file_name().unwrap_or_default())))
 }
 
 /// The file that includes `scene` and adds what makes it need `system`.
@@ -126,8 +142,7 @@ fn text(scene: &Path, system: &System, place: Place, texture: &str, volume: &str
         let text = text.replace("{triangle}", TRIANGLE).replace("{boundary}", BOUNDARY);
         text.replace("{texture}", texture).replace("{volume}", volume).replace("{size}", &size.to_string())
     };
-    let name = quoted(Path::new(scene.file_name().unwrap_or_default()));
-    let mut text = format!("{}\nInclude \"{name}\"\n", fill(system.before));
+    let mut text = format!("{}\n{}", fill(system.before), include(scene));
     if !system.within.is_empty() {
         text += &format!(
             "AttributeBegin\nActiveTransform All\nIdentity\nTranslate {} {} {}\nScale {size} {size} {size}\nMediumInterface \"\" \"\"\n{}\nAttributeEnd\n",

@@ -1,0 +1,63 @@
+//! A small benchmark with fixed seeds that must come out as it did: means that are the reference's, ratios of errors at equal samples. Nothing
+//! here depends on how fast the machine is; its table of ratios, times among them, is printed whether or not all is well.
+
+use std::io::Write;
+
+use crate::program::Folder;
+use serde_json::Value;
+
+/// Interval of a mean, in halves of the 95 % interval, beyond which it is not the reference's: with eight runs a probability of 1e-3 each (5.41 over 2.36
+/// standard errors by Student's t), of 5e-3 for all five methods. The seeds are fixed: that is the chance that a change of the random numbers
+/// raises a false alarm, not that of a run.
+const DOUBT: f64 = 2.3;
+
+/// Half of the 95 % interval of a mean may be this share of it: a check that sees nothing is none.
+const BLIND: f64 = 0.05;
+
+/// Scene, method, and how many times the RMSE of the scene's first method its RMSE must be at least and at most.
+const RATIOS: [(&str, &str, f64, f64); 3] = [
+    ("small-rooms", "uniform", 1.0, 100.0),
+    ("small-rooms", "tree", 1.0, 100.0),
+    ("small-godrays", "null", 1.0, 100.0),
+];
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+fn curves(scene: &Value) -> Vec<Value> {
+    scene["curves"].as_array().expect("curves").clone()
+}
+
+/// The geometric mean over the runs with most samples, of gathered light.
+fn rmse(curve: &Value) -> f64 {
+    let points = curve["points"].as_array().expect("points");
+    number(&points.last().expect("a point")["gathered_rmse"]["value"])
+}
+
+#[test]
+fn the_small_suite_comes_out_as_it_did() {
+    let folder = Folder::new("bench-regression");
+    let run = folder.run(&["bench", "--suite", "small", "--out", "out"]).code(0);
+    // Past the harness, which keeps what tests print to itself.
+    let _ = std::io::stderr().lock().write_all(run.out.as_bytes());
+
+    let report = folder.json("out/results.json");
+    let scenes = report["scenes"].as_array().expect("scenes").clone();
+    assert_eq!(scenes.len(), 2);
+    for scene in &scenes {
+        for curve in curves(scene) {
+            let (name, bias) = (format!("{}, {}", scene["name"], curve["method"]["name"]), &curve["bias"]);
+            let [value, half] = ["value", "half_width"].map(|key| number(&bias[key]));
+            assert!(half < BLIND, "{name}: the mean is known to {half} only");
+            assert!(value.abs() <= DOUBT * half, "{name}: the mean is off by {value} ± {half}");
+        }
+    }
+    for (scene, method, least, most) in RATIOS {
+        let scene = scenes.iter().find(|found| found["name"] == scene).expect(scene);
+        let curves = curves(scene);
+        let curve = curves.iter().find(|curve| curve["method"]["name"] == method).expect(method);
+        let ratio = rmse(curve) / rmse(&curves[0]);
+        assert!(least <= ratio && ratio <= most, "{method}: {ratio} times the error, not {least} to {most}");
+    }
+}
