@@ -73,7 +73,7 @@ const HOW_TO_READ: &str = "<details><summary>How to read this</summary>\n\
     <p>Errors are those of the beauty (R, G, B) over the whole image, against the reference. The reference is noisy itself; its own mean square error is measured and \
     taken off RMSE, relative MSE and TTUV, which leaves them right on average. What is not above the reference's own error is not claimed: such points \
     are hollow on its line or left out. Nothing is taken off HDR-FLIP.</p>\n\
-    <p>The error of an unbiased method falls as t^-1/2 once there is nothing more to learn. Every other slope is named. The last column of that table compares the images' \
+    <p>The error of an unbiased method falls as t^-1/2 once there is nothing more to learn. Every other slope is named. The last columns of that table compare the images' \
     means with the reference's: a bias that noise hides from the slope shows there.</p>\n</details>\n";
 
 fn of_scene(scene: &SceneReport, crops: &Crops) -> String {

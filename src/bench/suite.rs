@@ -35,7 +35,7 @@ const VOLUMES: [(&str, u32); 6] =
 
 /// What the small suite compares in each of its scenes.
 const SMALL: [((&str, u32), &[&str]); 2] =
-    [(("rooms", 512), &["cache-points", "uniform", "tree"]), (("godrays", 2), &["auto", "null"])];
+    [(("rooms", 300), &["cache-points", "uniform", "tree"]), (("godrays", 2), &["auto", "null"])];
 
 impl Suite {
     /// The scenes of it.
@@ -52,7 +52,7 @@ impl Suite {
 
     /// Width and height of the images.
     pub const fn resolution(self) -> [u32; 2] {
-        if matches!(self, Self::Small) { [64, 36] } else { [160, 90] }
+        if matches!(self, Self::Small) { [48, 27] } else { [160, 90] }
     }
 
     /// Independent renders of each point: with 3, the 95 % interval is 4.3 standard errors to either side, with 8 it is 2.4.

@@ -196,7 +196,7 @@ pub struct BenchArguments {
     /// What renders the reference [default: every light asked at every vertex, where that is affordable, else the tree; null tracking].
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub reference_method: Option<String>,
-    /// Width and height in pixels in place of the scene's [default in a suite: 160x90, in the small one 64x36].
+    /// Width and height in pixels in place of the scene's [default in a suite: 160x90, in the small one 48x27].
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// Threads of each render [default: one per processor].
