@@ -14,6 +14,8 @@ mod systems;
 pub mod tables;
 mod variant;
 
+use std::sync::atomic::AtomicBool;
+
 use serde::Serialize;
 
 pub use facts::Facts;
@@ -70,15 +72,14 @@ pub fn measure(
     subject: &Subject,
     settings: &Settings,
     watch: &dyn Watch,
-    stop: &std::sync::atomic::AtomicBool,
+    stop: &AtomicBool,
 ) -> Result<LeanReport, BenchError> {
     let scratch = tempfile::tempdir().map_err(|error| OutputError::new(&std::env::temp_dir(), error))?;
     let (variants, notes) = variant::of(subject, scratch.path())?;
     let plan = rounds::Plan::of(subject, settings, scratch.path(), stop)?;
     let share = work(subject, settings) / variants.len().max(1) as f64;
-    let trials = rounds::measure(&plan, &variants, stop, &|name, rows| {
-        watch.done(share * rows, &format!("{}: with and without {name}", subject.entry.name));
-    })?;
+    let progress = rounds::Progress { watch, scene: &subject.entry.name, share };
+    let trials = rounds::measure(&plan, &variants, &progress, stop)?;
     let pixels = plan.pixels();
     let samples = f64::from(plan.spp) * f64::from(pixels[0]) * f64::from(pixels[1]);
     let rows = variants.iter().zip(trials).map(|(variant, trial)| Row::of(variant, trial, samples)).collect();

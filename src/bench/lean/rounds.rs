@@ -8,13 +8,13 @@ use tempfile::NamedTempFile;
 use super::processor::Processor;
 use super::row::{LIMIT, ratio_of};
 use super::variant::{self, Variant};
-use crate::bench::BenchError;
 use crate::bench::method::Method;
 use crate::bench::ratio::Ratio;
 use crate::bench::reference::read;
 use crate::bench::run::{Cost, Task, render, render_together};
 use crate::bench::settings::Settings;
 use crate::bench::subject::Subject;
+use crate::bench::{BenchError, Watch};
 use crate::system::memory::available;
 
 /// Rounds where nothing is said.
@@ -107,23 +107,37 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Renders until enough is known of every variant; `tell` hears the name of each one that is done, and how many rows that is.
+/// Who is told how far it is.
+pub struct Progress<'a> {
+    /// Who.
+    pub watch: &'a dyn Watch,
+    /// The scene's name.
+    pub scene: &'a str,
+    /// Units of work that as many rounds of a variant as there may be are.
+    pub share: f64,
+}
+
+/// Renders until enough is known of every variant.
 ///
 /// # Errors
 /// Those of renders and their images.
 pub fn measure(
     plan: &Plan,
     variants: &[Variant],
+    progress: &Progress,
     stop: &AtomicBool,
-    tell: &dyn Fn(&str, f64),
 ) -> Result<Vec<Trial>, BenchError> {
     let _processor = Processor::alone();
     let [least, most] = plan.rounds;
+    let share = progress.share / f64::from(most);
     let mut trials: Vec<Trial> = variants.iter().map(|_| Trial::default()).collect();
     for round in 1..=most {
         let is_open = |trial: &Trial, idle: bool| round <= least || !is_enough(&ratio_of(&trial.rounds), idle);
-        let open: Vec<usize> =
-            (0..variants.len()).filter(|&i| is_open(&trials[i], variants[i].system.is_idle)).collect();
+        let mut open: Vec<usize> =
+            (0..variants.len()).filter(|&i| trials[i].rounds.len() as u32 == round - 1).collect();
+        let count = open.len();
+        open.retain(|&i| is_open(&trials[i], variants[i].system.is_idle));
+        progress.watch.skip(share * f64::from(most - round + 1) * (count - open.len()) as f64);
         for group in open.chunks(plan.together) {
             let (costs, same) = together(plan, variants, group, round, stop)?;
             for (k, &index) in group.iter().enumerate() {
@@ -132,7 +146,8 @@ pub fn measure(
                 if round == 1 {
                     trial.is_same_image = same[k];
                 }
-                tell(variants[index].system.name, 1.0 / f64::from(most));
+                let name = variants[index].system.name;
+                progress.watch.done(share, &format!("{}: with and without {name}", progress.scene));
             }
         }
     }
