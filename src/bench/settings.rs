@@ -244,6 +244,8 @@ mod tests {
         let suite = check(|request| request.suite = Some(suite::Suite::All)).expect("a suite");
         assert_eq!((suite.runs, suite.resolution), (3, Some([160, 90])));
         assert!(suite.entries.len() > 10);
+        let small = check(|request| request.suite = Some(suite::Suite::Small)).expect("a suite");
+        assert_eq!((small.runs, small.levels, small.lean.when), (6, Levels::Samples(vec![4, 16]), When::Off));
         assert_eq!([settings.lean.when, suite.lean.when], [When::Off, When::Also]);
     }
 

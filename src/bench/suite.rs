@@ -55,9 +55,9 @@ impl Suite {
         if matches!(self, Self::Small) { [48, 27] } else { [160, 90] }
     }
 
-    /// Independent renders of each point: with 3, the 95 % interval is 4.3 standard errors to either side, with 8 it is 2.4.
+    /// Independent renders of each point: with 3, the 95 % interval is 4.3 standard errors to either side, with 6 it is 2.6.
     pub const fn runs(self) -> u32 {
-        if matches!(self, Self::Small) { 8 } else { 3 }
+        if matches!(self, Self::Small) { 6 } else { 3 }
     }
 
     /// Samples a pixel of the points.

@@ -184,7 +184,7 @@ pub struct BenchArguments {
     /// Samples per pixel of the points of each curve [default: 1,2,4,…,64; in a suite up to 32, in the small one 4,16].
     #[arg(long, group = "points", value_name = "N,N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=0x7fff_ffff))]
     pub spp: Option<Vec<u32>>,
-    /// Independent renders of each point [default: 5; in a suite 3, in the small one 8].
+    /// Independent renders of each point [default: 5; in a suite 3, in the small one 6].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: Option<u32>,
     /// An image of yours to judge by, in place of one that is rendered; its layers `variance.*`, if it has them, tell its own error.

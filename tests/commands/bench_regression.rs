@@ -2,24 +2,23 @@
 //! here depends on how fast the machine is; its table of ratios, times among them, is printed whether or not all is well.
 
 use std::io::Write;
+use std::process::Command;
 
-use crate::program::Folder;
+use crate::program::{Folder, PROGRAM};
 use serde_json::Value;
 
-/// Interval of a mean, in halves of the 95 % interval, beyond which it is not the reference's: with eight runs a probability of 1e-3 each (5.41 over 2.36
-/// standard errors by Student's t), of at most 1e-2 for the two means of all five methods. The seeds are fixed: that is the chance that a change of the random numbers
-/// raises a false alarm, not that of a run.
-const DOUBT: f64 = 2.3;
+/// How many times half of its 95 % interval a mean may be off: with six runs more has a probability of 1e-3 (6.87 over 2.57 standard errors by Student's
+/// t), of at most 1e-2 for the two means of all five methods. The seeds are fixed: that is the chance that a change of the random numbers raises
+/// a false alarm, not that of a run. A bias of 5 % of what cache points gather is seen, one of 10 % of what is scattered by haze.
+const DOUBT: f64 = 2.7;
 
 /// Half of the 95 % interval of a mean may be this share of it: a check that sees nothing is none.
-const BLIND: f64 = 0.05;
+const BLIND: f64 = 0.12;
 
-/// Scene, method, and how many times the RMSE of the scene's first method its RMSE must be at least and at most.
-const RATIOS: [(&str, &str, f64, f64); 3] = [
-    ("small-rooms", "uniform", 1.0, 100.0),
-    ("small-rooms", "tree", 1.0, 100.0),
-    ("small-godrays", "null", 1.0, 100.0),
-];
+/// Scene, method, and how many times the RMSE of gathered light of the scene's first method its own must be at least. They were 6.5, 3.0 and 2.9
+/// when this was written, within a tenth of that.
+const RATIOS: [(&str, &str, f64); 3] =
+    [("small-rooms", "uniform", 4.0), ("small-rooms", "tree", 1.8), ("small-godrays", "null", 1.8)];
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or(f64::NAN)
@@ -38,9 +37,13 @@ fn rmse(curve: &Value) -> f64 {
 #[test]
 fn the_small_suite_comes_out_as_it_did() {
     let folder = Folder::new("bench-regression");
-    let run = folder.run(&["bench", "--suite", "small", "--out", "out"]).code(0);
+    // It takes a minute, longer than other runs may.
+    let mut command = Command::new(PROGRAM);
+    command.args(["bench", "--suite", "small", "--out", "out"]).current_dir(folder.path(""));
+    let run = command.output().expect("the program runs");
     // Past the harness, which keeps what tests print to itself.
-    let _ = std::io::stderr().lock().write_all(run.out.as_bytes());
+    let _ = std::io::stderr().lock().write_all(&run.stdout);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
 
     let report = folder.json("out/results.json");
     let scenes = report["scenes"].as_array().expect("scenes").clone();
@@ -55,11 +58,11 @@ fn the_small_suite_comes_out_as_it_did() {
             }
         }
     }
-    for (scene, method, least, most) in RATIOS {
+    for (scene, method, least) in RATIOS {
         let scene = scenes.iter().find(|found| found["name"] == scene).expect(scene);
         let curves = curves(scene);
         let curve = curves.iter().find(|curve| curve["method"]["name"] == method).expect(method);
         let ratio = rmse(curve) / rmse(&curves[0]);
-        assert!(least <= ratio && ratio <= most, "{method}: {ratio} times the error, not {least} to {most}");
+        assert!(ratio >= least, "{method}: {ratio} times the error, less than {least}");
     }
 }
