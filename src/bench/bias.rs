@@ -22,10 +22,19 @@ pub struct Bias {
 impl Bias {
     /// Of the renders with most samples.
     pub fn of(point: &Point, reference: &About) -> Self {
-        let differences: Vec<f64> = point.runs.iter().map(|run| run.errors.difference / reference.mean).collect();
-        let Estimate { mean, half_width } = Estimate::of(&differences);
-        let own = Z95 * reference.own_error_of_mean.unwrap_or(0.0) / reference.mean;
-        Self { value: mean, half_width: half_width.hypot(own) }
+        let differences = point.runs.iter().map(|run| run.errors.difference);
+        Self::over(differences, reference.mean, reference.own_error_of_mean)
+    }
+
+    /// The same of gathered light.
+    pub fn of_gathered(point: &Point, reference: &About) -> Self {
+        let differences = point.runs.iter().map(|run| run.errors.gathered_difference);
+        Self::over(differences, reference.gathered_mean.unwrap_or(f64::NAN), reference.gathered_error_of_mean)
+    }
+
+    fn over(differences: impl Iterator<Item = f64>, truth: f64, own_error: Option<f64>) -> Self {
+        let Estimate { mean, half_width } = Estimate::of(&differences.map(|off| off / truth).collect::<Vec<_>>());
+        Self { value: mean, half_width: half_width.hypot(Z95 * own_error.unwrap_or(0.0) / truth) }
     }
 
     /// `+0.12 ± 0.30 %`, with a warning where it is not by chance alone.

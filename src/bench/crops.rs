@@ -82,11 +82,10 @@ fn chosen(
         })
         .collect();
     parts.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut chosen = vec![("where it is worst", parts[0].1)];
-    if parts.len() > 1 {
-        chosen.push(("where it is as usual", parts[parts.len() / 2].1));
+    match parts.as_slice() {
+        [(_, whole)] => vec![("the whole image", *whole)],
+        parts => vec![("where it is worst", parts[0].1), ("where it is as usual", parts[parts.len() / 2].1)],
     }
-    chosen
 }
 
 /// Shown as `compare --png` shows images.
@@ -125,6 +124,6 @@ mod tests {
         assert_eq!(found[0].1, PixelBounds { x0: 46, y0: 20, x1: 110, y1: 84 });
         assert_eq!(found[1].1, PixelBounds { x0: 10, y0: 20, x1: 74, y1: 84 });
         let small = PixelBounds::full(16, 12);
-        assert_eq!(chosen(small, [16, 12], &[vec![vec![1.0; 192]]])[0].1, small);
+        assert_eq!(chosen(small, [16, 12], &[vec![vec![1.0; 192]]]), [("the whole image", small)]);
     }
 }

@@ -104,6 +104,8 @@ pub struct Curve {
     pub slope: Slope,
     /// How far its mean is off.
     pub bias: Bias,
+    /// The same of gathered light: what is seen of lights themselves adds noise alone. Unknown where images do not tell.
+    pub gathered_bias: Bias,
     /// Of the renders with most samples, by seed: RMSE² without the pixels that are worst over all methods, × minutes of processor time.
     pub trimmed_ttuv: Vec<f64>,
 }
@@ -114,8 +116,9 @@ impl Curve {
         let last = &points[points.len() - 1];
         let minutes = last.runs.iter().map(|run| run.cost.cpu_seconds / 60.0);
         let trimmed_ttuv = trimmed.iter().zip(minutes).map(|(square, minutes)| square * minutes).collect();
-        let (slope, bias) = (Slope::of(&points, last.runs.len()), Bias::of(last, reference));
-        Self { method, points, slope, bias, trimmed_ttuv }
+        let slope = Slope::of(&points, last.runs.len());
+        let (bias, gathered_bias) = (Bias::of(last, reference), Bias::of_gathered(last, reference));
+        Self { method, points, slope, bias, gathered_bias, trimmed_ttuv }
     }
 
     /// The renders with most samples.
@@ -143,6 +146,7 @@ pub(super) mod tests {
         let cost = Cost {
             wall_seconds: seconds,
             cpu_seconds: 2.0 * seconds,
+            cpu_seconds_with_helpers: 2.0 * seconds,
             cpu_seconds_rendering: 2.0 * seconds,
             load_seconds: 0.0,
             build_seconds: 0.0,
@@ -156,6 +160,7 @@ pub(super) mod tests {
             relative_mse: rmse * rmse,
             flip: rmse,
             difference: 0.0,
+            gathered_difference: 0.0,
         };
         Run { seed, command: String::new(), cost, errors }
     }

@@ -31,6 +31,8 @@ pub struct Errors {
     pub flip: f64,
     /// Mean of the image less that of the reference.
     pub difference: f64,
+    /// The same of gathered light; NaN where images do not tell.
+    pub gathered_difference: f64,
 }
 
 impl Errors {
@@ -56,20 +58,33 @@ impl Errors {
         let relative_mse = Some(relative / values).filter(|mean| *mean >= 0.0).unwrap_or(f64::NAN);
         let errors = flip.errors(image);
         let flip = errors.iter().map(|&error| f64::from(error)).sum::<f64>() / count as f64;
-        let gathered_rmse = gathered_mse(image, reference).sqrt();
-        (Self { mse, rmse: mse.sqrt(), gathered_rmse, relative_mse, flip, difference: difference / values }, squares)
+        let [gathered_mse, gathered_difference] = of_gathered(image, reference);
+        let errors = Self {
+            mse,
+            rmse: mse.sqrt(),
+            gathered_rmse: gathered_mse.sqrt(),
+            relative_mse,
+            flip,
+            difference: difference / values,
+            gathered_difference,
+        };
+        (errors, squares)
     }
 }
 
-/// Mean square error of what was gathered; NaN where images do not tell.
-fn gathered_mse(image: &Side, reference: &Reference) -> f64 {
-    let Some((a, b)) = gathered(image).zip(gathered(&reference.image)) else { return f64::NAN };
+/// Mean square error of what was gathered, and its mean less that of the reference; NaN where images do not tell.
+fn of_gathered(image: &Side, reference: &Reference) -> [f64; 2] {
+    let Some((a, b)) = gathered(image).zip(gathered(&reference.image)) else { return [f64::NAN; 2] };
     let own = |c: usize, i: usize| reference.own_gathered.as_ref().map_or(0.0, |own| f64::from(own[c][i]));
-    let squares = |c: usize| {
-        let pairs = a[c].iter().zip(&b[c]).enumerate();
-        pairs.map(move |(i, (a, b))| (f64::from(*a) - f64::from(*b)).powi(2) - own(c, i)).sum::<f64>()
-    };
-    (0..3).map(squares).sum::<f64>() / (3 * a[0].len()) as f64
+    let (mut square, mut difference) = (0.0, 0.0);
+    for c in 0..3 {
+        for (i, (a, b)) in a[c].iter().zip(&b[c]).enumerate() {
+            let off = f64::from(*a) - f64::from(*b);
+            square += off * off - own(c, i);
+            difference += off;
+        }
+    }
+    [square, difference].map(|sum| sum / (3 * a[0].len()) as f64)
 }
 
 fn ratio(square: f64, of: f64) -> f64 {
@@ -104,6 +119,7 @@ mod tests {
         assert!((errors.mse / 0.0025 - 1.0).abs() < 0.2, "{errors:?}");
         assert!((errors.gathered_rmse / errors.rmse - 1.0).abs() < 1e-4, "{errors:?}");
         assert!((errors.relative_mse / (0.0025 / 1.01) - 1.0).abs() < 0.25, "{errors:?}");
+        assert!((errors.gathered_difference - errors.difference).abs() < 1e-6, "{errors:?}");
         assert!(errors.difference.abs() < 0.01 && errors.flip > 0.0);
         assert_eq!(squares.len(), 64 * 64);
     }

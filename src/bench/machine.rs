@@ -13,3 +13,12 @@ pub fn machine() -> String {
 pub fn load() -> Option<f64> {
     std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }
+
+/// Processor seconds of all processes that this one has started and waited for, and of those that they have, in clock ticks (100 a second); 0 where the
+/// system does not tell.
+pub fn children_cpu_seconds() -> f64 {
+    // Fields 16 and 17 of /proc/self/stat: user and system time.
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = text.rsplit_once(')').map_or("", |(_, fields)| fields).split_whitespace();
+    fields.skip(13).take(2).filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0
+}

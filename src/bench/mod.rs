@@ -1,7 +1,8 @@
 //! Error against run time: scenes rendered by several methods, with more and more samples, in independent runs, and judged by a reference.
 //!
 //! Every render is a process of its own and says by itself what it took. What is measured is the beauty (R, G, B) of the whole image. The error
-//! of the reference is measured too and taken off all that is said of the renders ([`error`]); what is smaller than it is not claimed.
+//! of the reference is measured too and taken off all that is said of the renders ([`error`]); what is smaller than it is not claimed. What it saves to
+//! leave out what a scene does not need is measured beside it ([`lean`]).
 
 pub mod bar;
 pub mod bias;
@@ -12,6 +13,7 @@ pub mod error;
 pub mod estimate;
 pub mod goals;
 pub mod hdr_flip;
+pub mod lean;
 pub mod machine;
 pub mod measure;
 pub mod method;
@@ -41,6 +43,7 @@ use crate::report::CompareError;
 use crate::scene::Sources;
 use crate::system::output::OutputError;
 
+pub use lean::When;
 pub use measure::measure;
 pub use report::Report;
 pub use settings::{Request, Settings};
@@ -106,10 +109,20 @@ pub fn run(settings: &Settings, watch: &dyn Watch, stop: &AtomicBool) -> Result<
     let subjects =
         settings.entries.iter().map(|entry| subject::Subject::of(entry, settings)).collect::<Result<Vec<_>, _>>()?;
     let mut report = Report::new(settings);
-    watch.begin(subjects.iter().map(|subject| measure::work(subject, settings)).sum());
+    let when = settings.lean.when;
+    let work = |subject| {
+        let errors = if when == When::Only { 0.0 } else { measure::work(subject, settings) };
+        errors + if when == When::Off { 0.0 } else { lean::work(subject, settings) }
+    };
+    watch.begin(subjects.iter().map(work).sum());
     for subject in &subjects {
-        let (scene, pictures) = measure(subject, settings, watch, stop)?;
-        report.add(scene, pictures);
+        if when != When::Only {
+            let (scene, pictures) = measure(subject, settings, watch, stop)?;
+            report.add(scene, pictures);
+        }
+        if when != When::Off {
+            report.lean.push(lean::measure(subject, settings, watch, stop)?);
+        }
         write::write(&report, &settings.out)?;
     }
     watch.finish();

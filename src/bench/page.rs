@@ -4,9 +4,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::crops::Crops;
+use super::lean::LeanReport;
 use super::report::{Report, SceneReport};
 use super::table::escape;
-use super::{bar, plots, tables};
+use super::{bar, lean, plots, tables};
 
 const STYLE: &str = "\
 :root{color-scheme:light dark;--line:#d4d4d4;--soft:#666;--back:#fff;--text:#1a1a1a}\
@@ -16,7 +17,7 @@ h1{font-size:1.6em}h2{margin-top:2.5em;border-top:2px solid var(--line);padding-
 p{margin:.3em 0;color:var(--soft);max-width:110ch}code{white-space:pre-wrap;overflow-wrap:anywhere}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.92em;margin:.5em 0}\
 td,th{padding:3px 12px;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap}\
-td:first-child,th:first-child{text-align:left;padding-left:0}th{font-weight:600}\
+td:first-child,th:first-child{text-align:left;padding-left:0}.words td,.words th{text-align:left}th{font-weight:600}\
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,480px),1fr));gap:1em}.plots svg{width:100%;height:auto}\
 .crops{display:flex;flex-wrap:wrap;gap:.8em}figure{margin:0}figcaption{font-size:.85em;color:var(--soft)}\
 figure img{width:192px;image-rendering:pixelated;display:block;margin-bottom:3px}summary{cursor:pointer;margin-top:1em}";
@@ -38,7 +39,31 @@ pub fn html(report: &Report) -> String {
     for (scene, crops) in report.scenes.iter().zip(&report.crops) {
         text += &of_scene(scene, crops);
     }
+    text += &of_lean(&report.lean);
     text + "</html>\n"
+}
+
+/// What leaving out saves, with the texts that were added to scenes.
+fn of_lean(reports: &[LeanReport]) -> String {
+    if reports.is_empty() {
+        return String::new();
+    }
+    let mut text = "<h2>What is left out</h2>\n".to_owned();
+    for report in reports {
+        text += &lean::tables::costs(report).html();
+        text += &lean::tables::reasons(report).html();
+        let files: String = report
+            .rows
+            .iter()
+            .filter(|row| !row.text.is_empty())
+            .map(|row| format!("<h3>{}</h3>\n<p><code>{}</code></p>\n", escape(row.system), escape(&row.text)))
+            .collect();
+        text += &format!(
+            "<details><summary>The files, beside the scene's while it was measured, and the command</summary>\n<p><code>{}</code></p>\n{files}</details>\n",
+            escape(&report.command)
+        );
+    }
+    text
 }
 
 const HOW_TO_READ: &str = "<details><summary>How to read this</summary>\n\
@@ -48,7 +73,7 @@ const HOW_TO_READ: &str = "<details><summary>How to read this</summary>\n\
     <p>Errors are those of the beauty (R, G, B) over the whole image, against the reference. The reference is noisy itself; its own mean square error is measured and \
     taken off RMSE, relative MSE and TTUV, which leaves them right on average. What is not above the reference's own error is not claimed: such points \
     are hollow on its line or left out. Nothing is taken off HDR-FLIP.</p>\n\
-    <p>The error of an unbiased method falls as t^-1/2 once there is nothing more to learn. Every other slope is named. The last column of that table compares the images' \
+    <p>The error of an unbiased method falls as t^-1/2 once there is nothing more to learn. Every other slope is named. The last columns of that table compare the images' \
     means with the reference's: a bias that noise hides from the slope shows there.</p>\n</details>\n";
 
 fn of_scene(scene: &SceneReport, crops: &Crops) -> String {

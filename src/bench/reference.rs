@@ -57,6 +57,10 @@ pub struct About {
     pub own_rmse: Option<f64>,
     /// The standard error of its mean, were the channels fully correlated.
     pub own_error_of_mean: Option<f64>,
+    /// Mean of gathered light, where the image tells.
+    pub gathered_mean: Option<f64>,
+    /// Its standard error, where that is known.
+    pub gathered_error_of_mean: Option<f64>,
 }
 
 impl Reference {
@@ -70,18 +74,21 @@ impl Reference {
             let half = |(a, b): (&f32, &f32)| (0.5 * (a - b)).powi(2);
             std::array::from_fn(|c| a[c].iter().zip(&b[c]).map(half).collect())
         });
+        let gathered_error_of_mean =
+            own_gathered.as_ref().map(|own| (3.0 * sum(own)).sqrt() / (3 * own[0].len()) as f64);
         let mean = |(a, b): (&f32, &f32)| 0.5 * a + 0.5 * b;
         let emission = first.emission.as_ref().zip(second.emission.as_ref());
         let emission = emission.map(|(a, b)| std::array::from_fn(|c| a[c].iter().zip(&b[c]).map(mean).collect()));
         let image = Side { colour: map(|a, b| 0.5 * a + 0.5 * b), variance: None, emission, ..first.clone() };
-        Self { own_gathered, ..Self::new(image, Some(own)) }
+        let reference = Self::new(image, Some(own));
+        Self { own_gathered, about: About { gathered_error_of_mean, ..reference.about }, ..reference }
     }
 
     fn new(image: Side, own: Option<[Vec<f32>; 3]>) -> Self {
         let values = 3.0 * image.bounds.area() as f64;
-        let sum = |planes: &[Vec<f32>; 3]| planes.iter().flatten().map(|&value| f64::from(value)).sum::<f64>();
         let mean = sum(&image.colour) / values;
         let all = own.as_ref().map(sum);
+        let gathered_mean = gathered(&image).map(|planes| sum(&planes) / values);
         let about = About {
             how: String::new(),
             files: vec![],
@@ -90,6 +97,8 @@ impl Reference {
             mean,
             own_rmse: all.map(|all| (all / values).sqrt()),
             own_error_of_mean: all.map(|all| (3.0 * all).sqrt() / values),
+            gathered_mean,
+            gathered_error_of_mean: None,
         };
         Self { image, own, own_gathered: None, about }
     }
@@ -170,6 +179,10 @@ impl Reference {
         reference.about = About { how, files, commands, spp: 2 * half, ..reference.about };
         Ok(reference)
     }
+}
+
+fn sum(planes: &[Vec<f32>; 3]) -> f64 {
+    planes.iter().flatten().map(|&value| f64::from(value)).sum()
 }
 
 /// All of an image that is not seen without being scattered, where it says so.

@@ -8,6 +8,7 @@ use super::bar::Bar;
 use super::crops::Crops;
 use super::curve::Curve;
 use super::goals::Goal;
+use super::lean::{self, LeanReport};
 use super::reference::About;
 use super::settings::{Levels, Settings};
 use super::subject::Subject;
@@ -34,6 +35,8 @@ pub struct Report {
     pub scenes: Vec<SceneReport>,
     /// What was set out to be reached.
     pub bars: Vec<Bar>,
+    /// What leaving out saves in each scene, where that was asked for.
+    pub lean: Vec<LeanReport>,
     /// Pictures of each scene.
     #[serde(skip)]
     pub crops: Vec<Crops>,
@@ -115,6 +118,7 @@ impl Report {
             time,
             scenes: vec![],
             bars: vec![],
+            lean: vec![],
             crops: vec![],
         }
     }
@@ -140,12 +144,15 @@ impl Report {
             Some(seconds) => format!("1, 2, 4 … samples a pixel, up to {seconds} s a render"),
             None => format!("samples a pixel: {}", self.spp.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
         };
-        vec![
+        let mut about = vec![
             self.command.clone(),
             format!("lanternfish {} ({}){}", self.version, env!("LANTERNFISH_TARGET"), self.backends()),
             format!("machine: {}{load}", self.machine),
-            format!("{points}; {} independent runs of each, seeds 1 to {}", self.runs, self.runs),
-        ]
+        ];
+        if !self.scenes.is_empty() {
+            about.push(format!("{points}; {} independent runs of each, seeds 1 to {}", self.runs, self.runs));
+        }
+        about
     }
 
     /// What to print when all is done.
@@ -157,6 +164,7 @@ impl Report {
         if !self.bars.is_empty() {
             text += &super::bar::table(&self.bars).text();
         }
+        self.lean.iter().for_each(|report| text += &lean::tables::costs(report).text());
         text
     }
 }

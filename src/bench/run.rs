@@ -1,16 +1,16 @@
 //! One render: a process of its own, and what it says of itself.
 
 use std::fs::File;
-use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use serde_json::Value;
 
-use super::BenchError;
 use super::method::Method;
+use super::{BenchError, machine};
 
 /// How often it is looked whether a render has ended: what wall-clock times are certain to.
 const LOOK: Duration = Duration::from_millis(2);
@@ -40,6 +40,8 @@ pub struct Cost {
     pub wall_seconds: f64,
     /// Processor seconds of the whole process.
     pub cpu_seconds: f64,
+    /// The same to its very end, with the programs that it started: the reader of .vdb files.
+    pub cpu_seconds_with_helpers: f64,
     /// Processor seconds of rendering alone.
     pub cpu_seconds_rendering: f64,
     /// Reading the scene, its volumes, textures and shapes.
@@ -108,62 +110,103 @@ impl Task<'_> {
 /// # Errors
 /// [`BenchError::Render`] with what the render said, [`BenchError::Interrupted`].
 pub fn render(task: &Task, stop: &AtomicBool) -> Result<Rendered, BenchError> {
-    let (stats, said) = (task.output.with_extension("json"), task.output.with_extension("log"));
-    let fail = |error: &dyn std::fmt::Display| task.error("could not be started", error.to_string(), None);
-    let program = std::env::current_exe().map_err(|error| fail(&error))?;
-    let log = File::create(&said).map_err(|error| fail(&error))?;
-    let start = Instant::now();
-    let mut child = Command::new(program)
-        .arg("render")
-        .arg(task.scene)
-        .args(task.arguments())
-        .arg("--quiet")
-        .arg("-o")
-        .arg(task.output)
-        .arg("--stats")
-        .arg(&stats)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(log)
-        .spawn()
-        .map_err(|error| fail(&error))?;
-    let Some(status) = wait(&mut child, stop).map_err(|error| fail(&error))? else {
-        return Err(BenchError::Interrupted);
-    };
-    let wall_seconds = start.elapsed().as_secs_f64();
-    if !status.success() {
-        let reason = std::fs::read(&said).unwrap_or_default();
-        let how = status.code().map_or(format!("was ended ({status})"), |code| format!("ended with exit code {code}"));
-        return Err(task.error(how, String::from_utf8_lossy(&reason).trim_end(), status.code()));
-    }
-    let _ = std::fs::remove_file(&said);
-    let text =
-        std::fs::read_to_string(&stats).map_err(|error| task.error("wrote no statistics", error.to_string(), None))?;
-    let odd = || task.error("wrote statistics that cannot be read", text.chars().take(200).collect::<String>(), None);
-    rendered(&text, wall_seconds).ok_or_else(odd)
+    Ok(render_together(std::slice::from_ref(task), stop)?.remove(0))
 }
 
-/// Waits for a render; `None` if `stop` was set, and the render ended with it.
-fn wait(child: &mut Child, stop: &AtomicBool) -> std::io::Result<Option<ExitStatus>> {
-    loop {
-        if let Some(status) = child.try_wait()? {
-            return Ok((!stop.load(Ordering::Relaxed)).then_some(status));
+/// Starts all of `tasks`, whose outputs must differ, and waits for them; what they took, in their order.
+///
+/// # Errors
+/// Those of [`render`] for the first that fails; the others are ended.
+pub fn render_together(tasks: &[Task], stop: &AtomicBool) -> Result<Vec<Rendered>, BenchError> {
+    let mut ended = machine::children_cpu_seconds();
+    let mut running = tasks.iter().map(Running::start).collect::<Result<Vec<_>, _>>()?;
+    while running.iter().any(|running| running.rendered.is_none()) {
+        for running in running.iter_mut().filter(|running| running.rendered.is_none()) {
+            running.look(&mut ended)?;
         }
         if stop.load(Ordering::Relaxed) {
-            child.kill()?;
-            child.wait()?;
-            return Ok(None);
+            return Err(BenchError::Interrupted);
         }
         std::thread::sleep(LOOK);
     }
+    Ok(running.iter_mut().filter_map(|running| running.rendered.take()).collect())
 }
 
-fn rendered(stats: &str, wall_seconds: f64) -> Option<Rendered> {
+/// A render on its way; dropped, it is ended.
+struct Running<'a> {
+    task: &'a Task<'a>,
+    child: Child,
+    start: Instant,
+    stats: PathBuf,
+    said: PathBuf,
+    rendered: Option<Rendered>,
+}
+
+impl<'a> Running<'a> {
+    fn start(task: &'a Task<'a>) -> Result<Self, BenchError> {
+        let (stats, said) = (task.output.with_extension("json"), task.output.with_extension("log"));
+        let fail = |error: &dyn std::fmt::Display| task.error("could not be started", error.to_string(), None);
+        let program = std::env::current_exe().map_err(|error| fail(&error))?;
+        let log = File::create(&said).map_err(|error| fail(&error))?;
+        let start = Instant::now();
+        let child = Command::new(program)
+            .arg("render")
+            .arg(task.scene)
+            .args(task.arguments())
+            .arg("--quiet")
+            .arg("-o")
+            .arg(task.output)
+            .arg("--stats")
+            .arg(&stats)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(log)
+            .spawn()
+            .map_err(|error| fail(&error))?;
+        Ok(Self { task, child, start, stats, said, rendered: None })
+    }
+
+    /// Reads what it took if it has ended. `ended` are the processor seconds of all children that had ended before.
+    fn look(&mut self, ended: &mut f64) -> Result<(), BenchError> {
+        let task = self.task;
+        let waited = self.child.try_wait();
+        let waited = waited.map_err(|error| task.error("could not be waited for", error.to_string(), None))?;
+        let Some(status) = waited else { return Ok(()) };
+        let wall_seconds = self.start.elapsed().as_secs_f64();
+        let before = std::mem::replace(ended, machine::children_cpu_seconds());
+        if !status.success() {
+            let reason = std::fs::read(&self.said).unwrap_or_default();
+            let how =
+                status.code().map_or(format!("was ended ({status})"), |code| format!("ended with exit code {code}"));
+            return Err(task.error(how, String::from_utf8_lossy(&reason).trim_end(), status.code()));
+        }
+        let _ = std::fs::remove_file(&self.said);
+        let text = std::fs::read_to_string(&self.stats)
+            .map_err(|error| task.error("wrote no statistics", error.to_string(), None))?;
+        let odd =
+            || task.error("wrote statistics that cannot be read", text.chars().take(200).collect::<String>(), None);
+        self.rendered = Some(rendered(&text, wall_seconds, *ended - before).ok_or_else(odd)?);
+        Ok(())
+    }
+}
+
+impl Drop for Running<'_> {
+    fn drop(&mut self) {
+        if self.rendered.is_none() {
+            // It may have ended by itself meanwhile.
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+}
+
+fn rendered(stats: &str, wall_seconds: f64, cpu_seconds_with_helpers: f64) -> Option<Rendered> {
     let stats: Value = serde_json::from_str(stats).ok()?;
     let sum = |names: &[&str]| names.iter().map(|name| stats["seconds"][name].as_f64()).sum::<Option<f64>>();
     let cost = Cost {
         wall_seconds,
         cpu_seconds: stats["cpu_seconds"].as_f64()?,
+        cpu_seconds_with_helpers,
         cpu_seconds_rendering: stats["cpu_seconds_rendering"].as_f64()?,
         load_seconds: sum(&["parse", "volumes_and_textures", "geometry_load"])?,
         build_seconds: sum(&["geometry_build", "lights", "cache_points"])?,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::BenchError;
 use super::goals::Goal;
+use super::lean::When;
 use super::method::Method;
 use super::suite;
 
@@ -32,6 +33,8 @@ pub struct Request {
     pub resolution: Option<[u32; 2]>,
     /// Threads of each render.
     pub threads: Option<u32>,
+    /// When it is measured what leaving out saves.
+    pub lean: Option<When>,
     /// The folder of the results.
     pub out: PathBuf,
     /// The whole command, for the report.
@@ -90,17 +93,31 @@ pub struct Settings {
     pub resolution: Option<[u32; 2]>,
     /// Threads of each render.
     pub threads: Option<u32>,
+    /// What is measured of what leaving out saves.
+    pub lean: Lean,
     /// The folder of the results.
     pub out: PathBuf,
     /// The whole command.
     pub command: String,
 }
 
+/// What is said of renders with and without what a scene leaves out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lean {
+    /// When there are any.
+    pub when: When,
+    /// Rounds, if they were said.
+    pub runs: Option<u32>,
+    /// Samples a pixel, if they were said.
+    pub spp: Option<u32>,
+    /// Width and height, if they were said.
+    pub resolution: Option<[u32; 2]>,
+}
+
 /// What is compared where nothing is said.
 const METHODS: &str = "auto,uniform,power,tree";
-/// Runs where nothing is said: with 5, the 95 % interval is 2.8 standard errors to either side; a suite is content with 3 and 4.3.
+/// Runs where nothing is said: with 5, the 95 % interval is 2.8 standard errors to either side.
 const RUNS: u32 = 5;
-const RUNS_OF_SUITE: u32 = 3;
 
 impl Settings {
     /// Checks what was asked for.
@@ -137,6 +154,15 @@ impl Settings {
         if reference.is_some() && entries.len() > 1 {
             return usage("--reference is the image of one scene, and there are several".to_owned());
         }
+        let lean = Lean {
+            when: request.lean.unwrap_or(match suite {
+                None | Some(suite::Suite::Small) => When::Off,
+                Some(_) => When::Also,
+            }),
+            runs,
+            spp: spp.as_ref().and_then(|list| list.last().copied()),
+            resolution: request.resolution,
+        };
         let levels = match (time, spp) {
             (Some(time), _) => Levels::Time(time),
             (None, Some(spp)) => {
@@ -145,9 +171,9 @@ impl Settings {
                 }
                 Levels::Samples(spp)
             }
-            (None, None) => Levels::Samples((0..=if suite.is_some() { 5 } else { 6 }).map(|i| 1 << i).collect()),
+            (None, None) => Levels::Samples(suite.map_or((0..=6).map(|i| 1 << i).collect(), suite::Suite::levels)),
         };
-        let runs = runs.unwrap_or(if suite.is_some() { RUNS_OF_SUITE } else { RUNS });
+        let runs = runs.unwrap_or(suite.map_or(RUNS, suite::Suite::runs));
         if runs == 0 {
             return usage("--runs: at least 1, and at least 2 to know how sure it is".to_owned());
         }
@@ -157,8 +183,9 @@ impl Settings {
             runs,
             reference,
             reference_spp: request.reference_spp,
-            resolution: request.resolution.or(suite.map(|_| suite::RESOLUTION)),
+            resolution: request.resolution.or(suite.map(suite::Suite::resolution)),
             threads: request.threads,
+            lean,
             out: request.out,
             command: request.command,
         })
@@ -217,6 +244,9 @@ mod tests {
         let suite = check(|request| request.suite = Some(suite::Suite::All)).expect("a suite");
         assert_eq!((suite.runs, suite.resolution), (3, Some([160, 90])));
         assert!(suite.entries.len() > 10);
+        let small = check(|request| request.suite = Some(suite::Suite::Small)).expect("a suite");
+        assert_eq!((small.runs, small.levels, small.lean.when), (6, Levels::Samples(vec![4, 16]), When::Off));
+        assert_eq!([settings.lean.when, suite.lean.when], [When::Off, When::Also]);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::BenchError;
+use super::lean::Facts;
 use super::settings::{Entry, Origin, Settings};
 use crate::film::{FilmOverrides, PixelBounds};
 use crate::gallery::{self, GalleryScene};
@@ -28,6 +29,8 @@ pub struct Subject<'a> {
     pub display: PixelBounds,
     /// Of the content of its files: another scene has another one.
     pub content: u64,
+    /// What it has and what it leaves out.
+    pub facts: Facts,
     /// What loading it warned of.
     pub warnings: usize,
 }
@@ -61,6 +64,7 @@ impl<'a> Subject<'a> {
             bounds: job.film.bounds,
             display: PixelBounds::full(width, height),
             content: content(sources.paths().map(Path::to_owned).chain(named)),
+            facts: Facts::of(&job),
             warnings: warnings.list().len(),
         })
     }

@@ -15,13 +15,20 @@ pub struct Table {
     pub header: Vec<String>,
     /// As many cells each as the header has.
     pub rows: Vec<Vec<String>>,
+    /// Whether all columns hold words, which stand to the left.
+    pub is_words: bool,
 }
 
 impl Table {
     /// Without notes and rows.
     pub fn new(title: impl Into<String>, header: &[&str]) -> Self {
         let header = header.iter().map(|&name| name.to_owned()).collect();
-        Self { title: title.into(), notes: vec![], header, rows: vec![] }
+        Self { title: title.into(), notes: vec![], header, rows: vec![], is_words: false }
+    }
+
+    /// Without notes and rows, of words.
+    pub fn of_words(title: impl Into<String>, header: &[&str]) -> Self {
+        Self { is_words: true, ..Self::new(title, header) }
     }
 
     /// Prints it on the standard output; that nobody reads it is no error.
@@ -40,8 +47,12 @@ impl Table {
         for line in lines() {
             let cells = line.iter().zip(&widths).enumerate();
             // Names to the left, numbers to the right.
-            let padded = cells
-                .map(|(i, (cell, &width))| if i == 0 { format!("{cell:width$}") } else { format!("{cell:>width$}") });
+            let is_left = |i: usize| i == 0 || self.is_words;
+            let padded = cells.map(
+                |(i, (cell, &width))| {
+                    if is_left(i) { format!("{cell:width$}") } else { format!("{cell:>width$}") }
+                },
+            );
             text += &format!("  {}\n", padded.collect::<Vec<_>>().join("  "));
         }
         text
@@ -56,8 +67,9 @@ impl Table {
         let notes: String = self.notes.iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
         let rows: String = self.rows.iter().map(|row| line("td", row)).collect();
         format!(
-            "<h3>{}</h3>\n{notes}<div class=\"wide\"><table>\n{}{rows}</table></div>\n",
+            "<h3>{}</h3>\n{notes}<div class=\"wide\"><table{}>\n{}{rows}</table></div>\n",
             escape(&self.title),
+            if self.is_words { " class=\"words\"" } else { "" },
             line("th", &self.header)
         )
     }

@@ -107,7 +107,15 @@ fn ratios(scene: &SceneReport) -> Table {
 }
 
 fn slopes(scene: &SceneReport) -> Table {
-    let header = ["method", "slope over time", "over samples", "points", "verdict", "mean against the reference's"];
+    let header = [
+        "method",
+        "slope over time",
+        "over samples",
+        "points",
+        "verdict",
+        "mean against the reference's",
+        "of gathered light",
+    ];
     let mut table = Table::new(format!("{}: how fast the error falls", scene.name), &header);
     table.notes.push(
         "slope of log RMSE over log time of rendering, −0.5 for an unbiased method, with its 95 % confidence interval over the runs; points from 4 spp on. \
@@ -125,6 +133,7 @@ fn slopes(scene: &SceneReport) -> Table {
             slope.spp.iter().map(u32::to_string).collect::<Vec<_>>().join(" "),
             slope.verdict.clone(),
             curve.bias.show(),
+            curve.gathered_bias.show(),
         ]);
     }
     table
@@ -150,7 +159,7 @@ pub fn points(scene: &SceneReport) -> Table {
 
 /// What each method is on the command line.
 pub fn methods(curves: &[Curve]) -> Table {
-    let mut table = Table::new("methods", &["method", "arguments of lanternfish render"]);
+    let mut table = Table::of_words("methods", &["method", "arguments of lanternfish render"]);
     for Curve { method, .. } in curves {
         let arguments = if method.arguments.is_empty() { "none: the defaults".to_owned() } else { method.show() };
         table.rows.push(vec![method.name.clone(), arguments]);

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::report::Report;
-use super::{csv, page, plots};
+use super::{csv, lean, page, plots};
 use crate::system::output::{OutputError, write_atomically};
 
 /// The page.
@@ -13,6 +13,8 @@ pub const PAGE: &str = "index.html";
 pub const JSON: &str = "results.json";
 /// Every render, a line each.
 pub const CSV: &str = "results.csv";
+/// Every render with and without what scenes leave out, a line each.
+pub const LEAN: &str = "lean.csv";
 /// The folder of plots as PNG.
 pub const PLOTS: &str = "plots";
 
@@ -35,6 +37,10 @@ pub fn write(report: &Report, out: &Path) -> Result<(), OutputError> {
     let json = serde_json::to_vec_pretty(report).map_err(|error| OutputError::new(&out.join(JSON), error))?;
     put(&out.join(JSON), &json)?;
     put(&out.join(CSV), &csv::text(report).map_err(|error| OutputError::new(&out.join(CSV), error))?)?;
+    if !report.lean.is_empty() {
+        let path = out.join(LEAN);
+        put(&path, &lean::tables::csv(&report.lean).map_err(|error| OutputError::new(&path, error))?)?;
+    }
     for scene in &report.scenes {
         for plot in plots::of(scene) {
             let path = out.join(PLOTS).join(format!("{}-{}.png", scene.name, plot.name));

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
-use crate::bench::Request;
 use crate::bench::suite::Suite;
+use crate::bench::{Request, When};
 use crate::cache_points::gather::Gathering;
 use crate::cache_points::learn::VisibilityRule;
 use crate::cache_points::{CacheSettings, DEFAULT_ENTRIES};
@@ -189,10 +189,10 @@ pub struct BenchArguments {
     /// Render with 1, 2, 4 … samples a pixel until the next would take longer than this.
     #[arg(long, group = "points", value_name = "SECONDS", value_parser = above_zero)]
     pub time: Option<f64>,
-    /// Samples per pixel of the points of each curve [default: 1,2,4,…,64; in a suite up to 32].
+    /// Samples per pixel of the points of each curve [default: 1,2,4,…,64; in a suite up to 32, in the small one 4,16].
     #[arg(long, group = "points", value_name = "N,N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=0x7fff_ffff))]
     pub spp: Option<Vec<u32>>,
-    /// Independent renders of each point [default: 5; in a suite 3].
+    /// Independent renders of each point [default: 5; in a suite 3, in the small one 6].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: Option<u32>,
     /// An image of yours to judge by, in place of one that is rendered; its layers `variance.*`, if it has them, tell its own error.
@@ -204,12 +204,16 @@ pub struct BenchArguments {
     /// What renders the reference [default: every light asked at every vertex, where that is affordable, else the tree; null tracking].
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub reference_method: Option<String>,
-    /// Width and height in pixels in place of the scene's [default in a suite: 160x90].
+    /// Width and height in pixels in place of the scene's [default in a suite: 160x90, in the small one 48x27].
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// Threads of each render [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
+    /// Also measure what it saves to leave out what each scene does not need, or that alone: seconds and memory with and without each system that
+    /// it leaves out. `--runs`, the last of `--spp` and `--resolution` hold for it too [default: off; in a suite but the small one also].
+    #[arg(long, value_enum, value_name = "off|also|only", num_args = 0..=1, require_equals = true, default_missing_value = "also")]
+    pub lean: Option<When>,
     /// The folder for page, numbers, plots and references; made if it is not there.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -270,6 +274,7 @@ impl BenchArguments {
             reference_spp: self.reference_spp,
             resolution: self.resolution,
             threads: self.threads,
+            lean: self.lean,
             out: self.out.clone(),
             command,
         }

@@ -19,6 +19,7 @@ use crate::render::stats::{Statistics, process_usage};
 use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, load};
 use crate::report::cache_points::{write_picture, write_ply};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
+use crate::system::clock::cpu_seconds;
 use crate::system::output::{OutputError, check_writable, is_device, write_atomically};
 
 /// Runs the command; messages go to the standard error output.
@@ -105,9 +106,9 @@ fn render(
         let seed = settings.seed.unwrap_or(job.scene_seed);
         let listener = progress::listener(settings.quiet);
         interrupts.rendering_begins();
-        let (before, _) = process_usage();
+        let before = cpu_seconds();
         let outcome = job.render(seed, settings.budget, &interrupts.stop, listener.as_ref());
-        Ok::<_, RenderError>((job, outcome, seed, output, process_usage().0 - before))
+        Ok::<_, RenderError>((job, outcome, seed, output, cpu_seconds() - before))
     })?;
     if outcome.interrupted && outcome.film.sample_count() == 0 {
         say("interrupted before anything was rendered: no image is written");
@@ -144,11 +145,11 @@ fn render(
         plan: job.plan.clone(),
         warnings: [warning_lines(warnings, sources), told.clone()].concat(),
     };
-    (statistics.cpu_seconds, statistics.peak_memory) = process_usage();
+    (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), process_usage().1);
     write_images(&output, settings, &job, &outcome, &statistics)?;
     write_cache_points(&debug, &job, &outcome)?;
     statistics.seconds.write = written.elapsed().as_secs_f64();
-    (statistics.cpu_seconds, statistics.peak_memory) = process_usage();
+    (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), process_usage().1);
     if let Some(path) = &settings.stats {
         write_json(path, &statistics)?;
     }

@@ -23,7 +23,7 @@ mod pier;
 mod rooms;
 mod text;
 mod torch;
-mod volume;
+pub(crate) mod volume;
 mod wood;
 
 use std::ops::RangeInclusive;

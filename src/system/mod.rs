@@ -1,6 +1,7 @@
 //! What the operating system gives and takes: files that are read whole and bounded, files that are written whole or not at all,
 //! and how much memory is left.
 
+pub mod clock;
 pub mod fault;
 pub mod input;
 pub mod memory;

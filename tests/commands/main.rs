@@ -10,6 +10,8 @@ mod program;
 mod bad_input;
 mod bad_values;
 mod bench;
+mod bench_lean;
+mod bench_regression;
 mod command_line;
 mod replay;
 mod stability;
