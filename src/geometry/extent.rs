@@ -2,18 +2,26 @@
 
 use glam::Vec3;
 
-use super::{Geometry, ShapeId, ShapeKind};
+use super::{Geometry, Ray, Shape, ShapeId, ShapeKind};
 
 impl Geometry {
     /// The box of everything in render space, over the whole animation interval. (0, 0) where there is nothing.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let of_shapes = |ids: &[ShapeId]| ids.iter().filter_map(|&id| self.shape_bounds(id)).reduce(union);
+        self.bounds_of(|_| true).unwrap_or((Vec3::ZERO, Vec3::ZERO))
+    }
+
+    /// That of the shapes that `is_meant`; `None` where there are none.
+    pub fn bounds_of(&self, is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
+        let of_shapes = |ids: &[ShapeId]| {
+            let ids = ids.iter().filter(|id| is_meant(&self.shapes[id.0 as usize]));
+            ids.filter_map(|&id| self.shape_bounds(id)).reduce(union)
+        };
         let prototypes: Vec<_> = self.prototypes.iter().map(|prototype| of_shapes(&prototype.shapes)).collect();
         let instances = self.instances.iter().filter_map(|instance| {
             let (low, high) = prototypes[instance.prototype as usize]?;
             Some(instance.transform.bounds(low, high))
         });
-        of_shapes(&self.top_level).into_iter().chain(instances).reduce(union).unwrap_or((Vec3::ZERO, Vec3::ZERO))
+        of_shapes(&self.top_level).into_iter().chain(instances).reduce(union)
     }
 
     /// The box of all primitives of a shape, in the shape's space; `None` for an empty mesh.
@@ -53,6 +61,24 @@ impl ShapeKind {
             Self::Sphere(_) | Self::Disk(_) => 0,
         }
     }
+}
+
+/// From where to where `ray` may be inside of a box, before its end; a little more than that, by what rounding may shift points along the ray. `None` where it
+/// passes the box.
+#[inline]
+pub fn within(ray: &Ray, (low, high): (Vec3, Vec3)) -> Option<[f32; 2]> {
+    let (mut enter, mut leave) = (0.0f32, ray.t_max);
+    for axis in 0..3 {
+        let (o, d) = (ray.origin[axis], ray.direction[axis]);
+        if d == 0.0 {
+            continue;
+        }
+        let (a, b) = ((low[axis] - o) / d, (high[axis] - o) / d);
+        let margin = 1e-6 * (o.abs() / d.abs() + a.abs().max(b.abs()));
+        enter = enter.max(a.min(b) - margin);
+        leave = leave.min(a.max(b) + margin);
+    }
+    (enter <= leave).then_some([enter, leave])
 }
 
 /// The box around two.

@@ -15,6 +15,7 @@ use super::light_choice::LightScratch;
 use super::path::Scratch;
 use super::world::World;
 use crate::geometry::Ray;
+use crate::geometry::extent::within;
 use crate::light::LinkSet;
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
@@ -105,20 +106,8 @@ fn gather_stretch(
 
 /// Where a ray has surely left a box, infinite without a box; `None` where it never meets it.
 pub(super) fn end_of(bounds: Option<(Vec3, Vec3)>, ray: &Ray) -> Option<f32> {
-    let Some((low, high)) = bounds else { return Some(ray.t_max) };
-    let (mut enter, mut leave) = (0.0f32, ray.t_max);
-    for axis in 0..3 {
-        let (o, d) = (ray.origin[axis], ray.direction[axis]);
-        if d == 0.0 {
-            continue;
-        }
-        let (a, b) = ((low[axis] - o) / d, (high[axis] - o) / d);
-        // What rounding may shift points along the ray by.
-        let margin = 1e-6 * (o.abs() / d.abs() + a.abs().max(b.abs()));
-        enter = enter.max(a.min(b) - margin);
-        leave = leave.min(a.max(b) + margin);
-    }
-    (enter < leave).then_some(leave)
+    let Some(bounds) = bounds else { return Some(ray.t_max) };
+    within(ray, bounds).map(|[_, leave]| leave)
 }
 
 /// With which pdfs the media's lights would have drawn the direction of a flight: worked out when first asked for, once for each medium.

@@ -16,10 +16,13 @@ mod tests;
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use ::embree::{Candidate, Device, Error};
 
 use self::scale::{Scale, Scales};
 use self::structure::Structure;
+use super::extent::within;
 use super::shape::{Shape, ShapeKind};
 use super::trace::put_in_order;
 use super::trace::{Opacity, TraceError};
@@ -29,10 +32,17 @@ use super::{BoundaryCrossing, Geometry, Ray, RayHit};
 pub struct EmbreeTracer {
     geometry: Arc<Geometry>,
     opaque: Structure,
-    boundaries: Option<Structure>,
+    boundaries: Option<Boundaries>,
     /// From render space to Embree's units.
     scale: Scale,
     device: Arc<Device>,
+}
+
+/// What rays cross.
+struct Boundaries {
+    structure: Structure,
+    /// A box around all of it, in render space: asking Embree takes longer than finding that a ray passes it.
+    bounds: (Vec3, Vec3),
 }
 
 impl From<Error> for TraceError {
@@ -55,10 +65,12 @@ impl EmbreeTracer {
         let device = Device::new(rayon::current_num_threads())?;
         let scales = Scales::new(&geometry);
         let opaque = Structure::build(&device, &geometry, opacity.as_ref(), &scales, false)?;
-        let boundaries = if geometry.shapes.iter().any(|shape| shape.is_boundary) {
-            Some(Structure::build(&device, &geometry, None, &scales, true)?)
-        } else {
-            None
+        let boundaries = match geometry.bounds_of(|shape| shape.is_boundary) {
+            Some(bounds) => {
+                let structure = Structure::build(&device, &geometry, None, &scales, true)?;
+                Some(Boundaries { structure, bounds })
+            }
+            None => None,
         };
         Ok(Self { geometry, opaque, boundaries, scale: scales.render, device })
     }
@@ -81,11 +93,14 @@ impl EmbreeTracer {
     /// All boundary crossings in [0, `ray.t_max`) in the order of [`put_in_order`].
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         crossings.clear();
-        let Some(boundaries) = &self.boundaries else {
+        let Some(Boundaries { structure, bounds }) = &self.boundaries else {
             return;
         };
-        boundaries.scene.collect(&self.embree_ray(ray), &mut |candidate| {
-            let (shape, instance) = boundaries.resolve(candidate.hit.geometry, candidate.hit.instance);
+        if within(ray, *bounds).is_none() {
+            return;
+        }
+        structure.scene.collect(&self.embree_ray(ray), &mut |candidate| {
+            let (shape, instance) = structure.resolve(candidate.hit.geometry, candidate.hit.instance);
             let entering = is_entering(&self.geometry.shapes[shape.0 as usize], candidate);
             let t = candidate.hit.t * self.scale.from_embree;
             crossings.push(BoundaryCrossing { t, shape, instance, entering });
