@@ -12,12 +12,14 @@ pub enum Bound {
     AtLeast(f64),
     /// Not more than this.
     AtMost(f64),
+    /// Neither less than the first nor more than the second.
+    Within(f64, f64),
 }
 
-/// A ratio that was set out to be reached.
+/// A number that was set out to be reached.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bar {
-    /// What is compared with what, and where.
+    /// Of what, and where.
     pub name: String,
     /// What it shall be.
     pub bound: Bound,
@@ -33,6 +35,10 @@ impl Bar {
         let (is_met, is_certain) = match bound {
             Bound::AtLeast(least) => (measured.value >= least, measured.low >= least || measured.high < least),
             Bound::AtMost(most) => (measured.value <= most, measured.high <= most || measured.low > most),
+            Bound::Within(least, most) => (
+                measured.value >= least && measured.value <= most,
+                measured.low >= least && measured.high <= most || measured.high < least || measured.low > most,
+            ),
         };
         let verdict = match (is_met, is_certain) {
             _ if measured.value.is_nan() => "unknown: the reference is too noisy",
@@ -48,11 +54,12 @@ impl Bar {
 /// All of them.
 pub fn table(bars: &[Bar]) -> Table {
     let mut table = Table::new("bars", &["what", "bar", "measured", "verdict"]);
-    table.notes.push("measured: geometric mean and 95 % confidence interval".to_owned());
+    table.notes.push("measured: geometric mean (of slopes the mean) and 95 % confidence interval".to_owned());
     table.rows.extend(bars.iter().map(|bar| {
         let bound = match bar.bound {
             Bound::AtLeast(least) => format!("≥ {least}"),
             Bound::AtMost(most) => format!("≤ {most}"),
+            Bound::Within(least, most) => format!("{least} to {most}"),
         };
         vec![bar.name.clone(), bound, bar.measured.show(), bar.verdict.to_owned()]
     }));
@@ -70,6 +77,11 @@ mod tests {
         assert_eq!(verdict(Bound::AtLeast(2.0), 3.0, 1.5, 4.0), "met, but not beyond doubt");
         assert_eq!(verdict(Bound::AtMost(2.0), 3.0, 1.5, 4.0), "not met, but not beyond doubt");
         assert_eq!(verdict(Bound::AtMost(2.0), 3.0, 2.5, 4.0), "not met");
+        let within = Bound::Within(-0.55, -0.45);
+        assert_eq!(verdict(within, -0.5, -0.54, -0.46), "met");
+        assert_eq!(verdict(within, -0.5, -0.54, -0.4), "met, but not beyond doubt");
+        assert_eq!(verdict(within, -0.44, -0.5, -0.4), "not met, but not beyond doubt");
+        assert_eq!(verdict(within, -0.7, -0.8, -0.6), "not met");
         assert!(verdict(Bound::AtMost(2.0), f64::NAN, 2.5, 4.0).starts_with("unknown"));
     }
 }

@@ -156,7 +156,7 @@ impl Settings {
         }
         let lean = Lean {
             when: request.lean.unwrap_or(match suite {
-                None | Some(suite::Suite::Small) => When::Off,
+                None | Some(suite::Suite::Small | suite::Suite::Slopes) => When::Off,
                 Some(_) => When::Also,
             }),
             runs,

@@ -11,8 +11,9 @@ const LEAST_SPP: u32 = 4;
 /// Processor time is counted in hundredths of a second. Below this, the clock on the wall is the better one.
 const LEAST_CPU: f64 = 0.2;
 /// What an unbiased method's slope is, and how far off is of no interest.
-const EXPECTED: f64 = -0.5;
-const TOLERANCE: f64 = 0.05;
+pub const EXPECTED: f64 = -0.5;
+/// See there.
+pub const TOLERANCE: f64 = 0.05;
 /// An interval wider than this tells nothing either way.
 const WIDEST: f64 = 0.25;
 

@@ -19,6 +19,8 @@ pub enum Suite {
     All,
     /// A minute's look at both, in two scenes without .vdb files: what continuous integration watches.
     Small,
+    /// Whether the errors of all methods that are unbiased fall as t^-1/2. Samples are independent there: stratified ones are better than that.
+    Slopes,
 }
 
 /// Ways of choosing lights.
@@ -32,6 +34,9 @@ const PAPER: [(&str, u32); 6] =
 /// Scenes for the latter.
 const VOLUMES: [(&str, u32); 6] =
     [("torch", 1), ("godrays", 2), ("fire", 1), ("cloud", 2), ("explosion", 3), ("beams", 24)];
+
+/// Where slopes are measured. There are few lights, so that each method's error is one of many small parts and not of a few large ones.
+const SLOPES: [((&str, u32), &[&str]); 2] = [(("rooms", 300), &LIGHTS), (("godrays", 2), &SCATTERING)];
 
 /// What the small suite compares in each of its scenes.
 const SMALL: [((&str, u32), &[&str]); 2] =
@@ -47,33 +52,49 @@ impl Suite {
             Self::Volumes => volumes().collect(),
             Self::All => paper().chain(volumes()).collect(),
             Self::Small => SMALL.iter().map(|&(scene, methods)| entry("small", scene, methods)).collect(),
+            Self::Slopes => SLOPES.iter().map(|&(scene, methods)| entry("slopes", scene, methods)).collect(),
         }
     }
 
     /// Width and height of the images.
     pub const fn resolution(self) -> [u32; 2] {
-        if matches!(self, Self::Small) { [48, 27] } else { [160, 90] }
+        if matches!(self, Self::Small | Self::Slopes) { [48, 27] } else { [160, 90] }
     }
 
     /// Independent renders of each point: with 3, the 95 % interval is 4.3 standard errors to either side, with 6 it is 2.6.
     pub const fn runs(self) -> u32 {
-        if matches!(self, Self::Small) { 6 } else { 3 }
+        match self {
+            Self::Small => 6,
+            Self::Slopes => 8,
+            Self::Paper | Self::Volumes | Self::All => 3,
+        }
     }
 
     /// Samples a pixel of the points.
     pub fn levels(self) -> Vec<u32> {
-        if self == Self::Small { vec![4, 16] } else { (0..=5).map(|i| 1 << i).collect() }
+        match self {
+            Self::Small => vec![4, 16],
+            Self::Slopes => vec![16, 32, 64, 128, 256],
+            Self::Paper | Self::Volumes | Self::All => vec![1, 2, 4, 8, 16, 32],
+        }
     }
 }
 
-fn entry(set: &str, (scene, lights): (&'static str, u32), methods: &[&str]) -> Entry {
+fn entry(set: &str, (scene, lights): (&'static str, u32), methods: &'static [&'static str]) -> Entry {
     // Null tracking meets thin haze so seldom that a reference by it would be noisier than what it is to judge. Scattering points everywhere
     // are sampled instead, as by none of the methods that are the default; null tracking is among those compared, and its bias is shown.
     let in_haze = set == "volumes" || matches!(scene, "beams" | "godrays");
+    let method = |name: &&str| {
+        let mut method = Method::known(name)?;
+        if set == "slopes" {
+            method.arguments.extend(["--sampler", "independent"].map(str::to_owned));
+        }
+        Some(method)
+    };
     Entry {
         name: format!("{set}-{scene}"),
         origin: Origin::Gallery(scene, lights),
-        methods: methods.iter().filter_map(|name| Method::known(name)).collect(),
+        methods: methods.iter().filter_map(method).collect(),
         reference: in_haze.then(|| Method {
             name: "optimal-both".to_owned(),
             arguments: ["--lights", "optimal", "--volume-sampling", "both"].map(str::to_owned).to_vec(),
@@ -82,19 +103,20 @@ fn entry(set: &str, (scene, lights): (&'static str, u32), methods: &[&str]) -> E
         goals: match set {
             "lights" => goals_of_lights(scene),
             "volumes" => goals_of_volumes(scene),
+            "slopes" => methods.iter().map(|of| Goal::Slope { of }).collect(),
             _ => vec![],
         },
     }
 }
 
 fn goals_of_lights(scene: &str) -> Vec<Goal> {
-    let goal = |of: &'static str, least: f64| Goal {
+    let goal = |of: &'static str, least: f64| Goal::Times {
         of,
         over: "cache-points",
         quantity: Quantity::GatheredTtuv,
         bound: AtLeast(least),
     };
-    let error = |of: &'static str, most: f64| Goal {
+    let error = |of: &'static str, most: f64| Goal::Times {
         of,
         over: "optimal",
         quantity: Quantity::GatheredRmse,
@@ -119,13 +141,15 @@ fn goals_of_lights(scene: &str) -> Vec<Goal> {
 fn goals_of_volumes(scene: &str) -> Vec<Goal> {
     match scene {
         "beams" | "godrays" => vec![ttuv("null", "auto", AtLeast(5.0)), ttuv("equi-angular", "auto", AtLeast(1.5))],
-        "cloud" => vec![Goal { of: "auto", over: "null", quantity: Quantity::RenderingTime, bound: AtMost(1.03) }],
+        "cloud" => {
+            vec![Goal::Times { of: "auto", over: "null", quantity: Quantity::RenderingTime, bound: AtMost(1.03) }]
+        }
         _ => vec![],
     }
 }
 
 fn ttuv(of: &'static str, over: &'static str, bound: Bound) -> Goal {
-    Goal { of, over, quantity: Quantity::Ttuv, bound }
+    Goal::Times { of, over, quantity: Quantity::Ttuv, bound }
 }
 
 #[cfg(test)]
@@ -134,14 +158,14 @@ mod tests {
 
     #[test]
     fn every_scene_is_in_the_gallery_and_every_goal_is_measured() {
-        for entry in Suite::All.entries().into_iter().chain(Suite::Small.entries()) {
+        for entry in Suite::All.entries().into_iter().chain(Suite::Small.entries()).chain(Suite::Slopes.entries()) {
             let Origin::Gallery(scene, lights) = entry.origin else { panic!("{} is a file", entry.name) };
             let scene = crate::gallery::find(scene).unwrap_or_else(|| panic!("{scene} is not there"));
             assert!(scene.lights.contains(&lights), "{}", entry.name);
             assert!(entry.methods.len() >= 2);
             for goal in &entry.goals {
                 let measured = |name: &str| entry.methods.iter().any(|method| method.name == name);
-                assert!(measured(goal.of) && measured(goal.over), "{goal:?}");
+                assert!(goal.methods().into_iter().all(measured), "{goal:?}");
             }
         }
     }

@@ -189,10 +189,10 @@ pub struct BenchArguments {
     /// Render with 1, 2, 4 … samples a pixel until the next would take longer than this.
     #[arg(long, group = "points", value_name = "SECONDS", value_parser = above_zero)]
     pub time: Option<f64>,
-    /// Samples per pixel of the points of each curve [default: 1,2,4,…,64; in a suite up to 32, in the small one 4,16].
+    /// Samples per pixel of the points of each curve [default: 1,2,4,…,64; suites have their own].
     #[arg(long, group = "points", value_name = "N,N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=0x7fff_ffff))]
     pub spp: Option<Vec<u32>>,
-    /// Independent renders of each point [default: 5; in a suite 3, in the small one 6].
+    /// Independent renders of each point [default: 5; suites have their own].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: Option<u32>,
     /// An image of yours to judge by, in place of one that is rendered; its layers `variance.*`, if it has them, tell its own error.
@@ -204,14 +204,14 @@ pub struct BenchArguments {
     /// What renders the reference [default: every light asked at every vertex, where that is affordable, else the tree; null tracking].
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub reference_method: Option<String>,
-    /// Width and height in pixels in place of the scene's [default in a suite: 160x90, in the small one 48x27].
+    /// Width and height in pixels in place of the scene's [default in a suite: 160x90; in those of small images 48x27].
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// Threads of each render [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// Also measure what it saves to leave out what each scene does not need, or that alone: seconds and memory with and without each system that
-    /// it leaves out. `--runs`, the last of `--spp` and `--resolution` hold for it too [default: off; in a suite but the small one also].
+    /// it leaves out. `--runs`, the last of `--spp` and `--resolution` hold for it too [default: off; in the suites paper, volumes and all also].
     #[arg(long, value_enum, value_name = "off|also|only", num_args = 0..=1, require_equals = true, default_missing_value = "also")]
     pub lean: Option<When>,
     /// The folder for page, numbers, plots and references; made if it is not there.

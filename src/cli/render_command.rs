@@ -15,11 +15,12 @@ use crate::geometry::trace::TraceError;
 use crate::integrator::Counters;
 use crate::integrator::path::MOST_BOUNCES;
 use crate::medium::regions::MAX_OVERLAP;
-use crate::render::stats::{Statistics, process_usage};
+use crate::render::stats::Statistics;
 use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, load};
 use crate::report::cache_points::{write_picture, write_ply};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
 use crate::system::clock::cpu_seconds;
+use crate::system::memory::peak_memory;
 use crate::system::output::{OutputError, check_writable, is_device, write_atomically};
 
 /// Runs the command; messages go to the standard error output.
@@ -145,11 +146,11 @@ fn render(
         plan: job.plan.clone(),
         warnings: [warning_lines(warnings, sources), told.clone()].concat(),
     };
-    (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), process_usage().1);
+    (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), peak_memory());
     write_images(&output, settings, &job, &outcome, &statistics)?;
     write_cache_points(&debug, &job, &outcome)?;
     statistics.seconds.write = written.elapsed().as_secs_f64();
-    (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), process_usage().1);
+    (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), peak_memory());
     if let Some(path) = &settings.stats {
         write_json(path, &statistics)?;
     }

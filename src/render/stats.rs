@@ -89,24 +89,3 @@ impl Iteration {
         }
     }
 }
-
-/// The process's processor seconds and largest resident memory so far, from `/proc`; zeros where that is missing.
-pub fn process_usage() -> (f64, u64) {
-    // Fields 14 and 15 of /proc/self/stat are user and system time in clock ticks, 100 a second on Linux.
-    let seconds = std::fs::read_to_string("/proc/self/stat")
-        .ok()
-        .and_then(|stat| {
-            let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
-            Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
-        })
-        .unwrap_or(0.0);
-    let peak = std::fs::read_to_string("/proc/self/status")
-        .ok()
-        .and_then(|status| {
-            let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-            line.split_whitespace().nth(1)?.parse::<u64>().ok()
-        })
-        .unwrap_or(0)
-        * 1024;
-    (seconds, peak)
-}

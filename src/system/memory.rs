@@ -67,6 +67,12 @@ fn kibibytes(text: &str, name: &str) -> Option<u64> {
     line.split_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
 }
 
+/// The largest resident memory of this process so far in bytes, from `/proc`; 0 where that is missing.
+pub fn peak_memory() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status");
+    status.ok().and_then(|text| kibibytes(&text, "VmHWM:")).unwrap_or(0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
