@@ -30,26 +30,26 @@ const MOST_RAYS: f64 = 31.0;
 /// Rays that a pixel's first sample sends out besides its path, when nothing is known.
 const SCOUTS: u8 = 4;
 
-/// What the camera rays of a pixel's paths have seen, in single precision: it decides nothing but a number of rays.
+/// What the camera rays of a pixel's paths have seen. In double precision, so that squares of any radiance fit: an image made brighter all over is split as before.
 #[derive(Clone, Copy, Debug, Default)]
 struct Seen {
-    rays: f32,
-    sum: f32,
-    squares: f32,
+    rays: u32,
+    sum: f64,
+    squares: f64,
 }
 
 impl Seen {
     fn add(&mut self, other: &Self) {
-        self.rays += other.rays;
+        self.rays = self.rays.saturating_add(other.rays);
         self.sum += other.sum;
         self.squares += other.squares;
     }
 
     /// The rays that a sample should send out besides its path.
     fn rays(&self) -> u8 {
-        let [rays, sum, squares] = [self.rays, self.sum, self.squares].map(f64::from);
+        let Self { sum, squares, .. } = *self;
         // n Σx² / (Σx)² − 1: variance over the square of the mean.
-        let relative = (rays * squares / (sum * sum) - 1.0).max(0.0);
+        let relative = (f64::from(self.rays) * squares / (sum * sum) - 1.0).max(0.0);
         if relative.is_finite() { ((PRICE * relative).sqrt() - 1.0).round().clamp(0.0, MOST_RAYS) as u8 } else { 0 }
     }
 }
@@ -88,9 +88,10 @@ impl PixelSplitting {
     /// A ray has seen this: the camera ray of a path, or one of the first pass's others.
     #[inline]
     pub fn saw(&mut self, radiance: Rgb) {
-        // Squares of more than this would not fit.
-        let level = radiance.mean().clamp(0.0, 1e15);
-        self.seen.add(&Seen { rays: 1.0, sum: level, squares: level * level });
+        let level = f64::from(radiance.mean());
+        if level.is_finite() {
+            self.seen.add(&Seen { rays: 1, sum: level, squares: level * level });
+        }
     }
 }
 
@@ -222,7 +223,7 @@ mod tests {
 
     #[test]
     fn brightness_is_no_matter_and_nonsense_is_ignored() {
-        for level in [1e-15, 1.0, 1e15] {
+        for level in [1e-38, 1e-15, 1.0, 1e15, 1e38] {
             let mut pixel = PixelSplitting::default();
             (0..9).for_each(|i| pixel.saw(Rgb::splat(if i == 0 { level } else { 0.0 })));
             assert_eq!(pixel.seen.rays(), 7, "{level}");

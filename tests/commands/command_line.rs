@@ -170,7 +170,7 @@ fn headers_say_where_an_image_comes_from() {
     assert!(attribute("command").ends_with("render lamp.pbrt -q --seed 3"));
     assert_eq!(attribute("seed"), "3");
     assert_eq!(attribute("version"), env!("CARGO_PKG_VERSION"));
-    assert!(attribute("plan").starts_with("geometry, lights, film; without "));
+    assert!(attribute("plan").starts_with("geometry, lights, view rays, film; without "));
     assert!(attribute("seconds").contains("geometry_build"));
     assert!(attribute("scene").contains("lamp.pbrt"));
     assert!(folder.run(&["info", "lamp.exr"]).code(0).out.contains("lanternfish.seed"));
