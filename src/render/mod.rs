@@ -285,8 +285,9 @@ impl Job {
     fn guides(&self, film: &Film) -> Guides {
         let is_shared = matches!(self.world.light_choice, LightChoice::CachePoints(_));
         let tiles = film.tiles().iter().map(FilmTile::bounds);
+        let has_sky = !self.world.lights.infinite().is_empty();
         let mixing = Mixing::new(self.film.bounds, self.in_scatter, is_shared);
-        Guides { mixing, splitting: self.splits_views.then(|| Splitting::new(tiles, self.film.bounds)) }
+        Guides { mixing, splitting: self.splits_views.then(|| Splitting::new(tiles, self.film.bounds, has_sky)) }
     }
 
     /// A pass begins where `done` samples a pixel have been taken. Returns whether what earlier passes found has a say in its paths.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::Job;
 use super::mixing::{Mixing, PixelEvidence, TileMix};
 use super::progress::Tracking;
-use super::splitting::{PixelSplitting, Splitting, TileSplitting};
+use super::splitting::{PixelSplitting, Split, Splitting, TileSplitting};
 use crate::film::{Film, FilmTile, PixelSamples, SampleResult};
 use crate::geometry::Ray;
 use crate::integrator::{Counters, Scratch, trace_path, view_ray};
@@ -129,13 +129,17 @@ impl Pass<'_> {
         let ray = self.camera_ray(pixel, &camera);
         let seen = |seen, scratch: &mut Scratch| {
             splitting.saw(seen);
-            if splitting.rays == 0 { seen } else { self.split::<MEDIA>(pixel, sample, splitting, seen, scratch) }
+            if splitting.split.rays == 0 { seen } else { self.split::<MEDIA>(pixel, sample, splitting, seen, scratch) }
         };
-        trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch, seen)
+        let result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch, seen);
+        if sample == 0 && result.emission.is_black() {
+            splitting.brought(result.beauty);
+        }
+        result
     }
 
-    /// What shines straight into the camera: the mean over what a path's own camera ray has seen, and what as many others as `splitting` asks for do. Those of a
-    /// pixel are points of one sequence in a pass.
+    /// What shines straight into the camera, by what a path's own camera ray has seen and as many others as `splitting` asks for. Those of a pixel are
+    /// points of one sequence in a pass.
     fn split<const MEDIA: bool>(
         &self,
         pixel: [u32; 2],
@@ -145,9 +149,10 @@ impl Pass<'_> {
         scratch: &mut Scratch,
     ) -> Rgb {
         let seed = mix((u64::from(self.seed) << 32 | u64::from(self.samples.start)) ^ SPLIT_SEED) as u32;
-        let rays = splitting.rays;
-        let share = 1.0 / (1 + rays) as f32;
-        let mut sum = own * share;
+        let Split { rays, beta } = splitting.split;
+        let rays = u32::from(rays);
+        // In steps, so that the mean over what is the same everywhere is that to the last bit.
+        let mut mean = own;
         let first = (sample - self.samples.start).wrapping_mul(rays);
         for number in 0..rays {
             let sample = first.wrapping_add(number);
@@ -157,9 +162,9 @@ impl Pass<'_> {
             if self.samples.start == 0 {
                 splitting.saw(seen);
             }
-            sum += seen * share;
+            mean += (seen - mean) * (1.0 / (number + 2) as f32);
         }
-        sum
+        own + (mean - own) * beta
     }
 
     /// One pixel.

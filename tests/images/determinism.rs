@@ -7,7 +7,7 @@ use lanternfish::cache_points::CacheSettings;
 use lanternfish::cache_points::gather::Gathering;
 use lanternfish::cache_points::learn::VisibilityRule;
 use lanternfish::film::{ChannelImage, FilmOverrides};
-use lanternfish::render::{LightSelection, VolumeSampling};
+use lanternfish::render::{LightSelection, ViewRays, VolumeSampling};
 
 /// Everything whose randomness could depend on the order of work: media, opacity, motion, textures, many lights.
 fn scene(texture: &Path) -> String {
@@ -153,8 +153,9 @@ fn seeds_make_different_images() {
 
 #[test]
 fn crops_are_cut_from_the_same_image() {
-    // What cache points learn, and where in-scatter sampling pays, depends on what is seen.
-    let base = Options { spp: 8, volume_sampling: VolumeSampling::Null, ..Options::default() };
+    // What cache points learn, where in-scatter sampling pays and which camera rays are split depends on what is seen.
+    let (volume_sampling, view_rays) = (VolumeSampling::Null, ViewRays::Off);
+    let base = Options { spp: 8, volume_sampling, view_rays, ..Options::default() };
     let whole = render(&base);
     // Not along the borders of tiles.
     let film = FilmOverrides { crop: Some([0.25, 0.7, 0.175, 0.9]), ..FilmOverrides::default() };
