@@ -36,7 +36,7 @@ use crate::math::Rgb;
 /// What a path costs by what a camera ray does, where the part of light that is not seen shining varies as much as what is seen is bright.
 const PRICE: f64 = 8.0;
 
-/// Rays that a sample sends out besides its path, at most. Twice as many take off another 5 % of the image's error² in `rooms` and cost as much time.
+/// Rays that a sample sends out besides its path, at most. In `rooms` 63 left 2 % less error² than 15 and took 9 % longer.
 const MOST_RAYS: f64 = 31.0;
 
 /// Rays that a pixel's first sample sends out besides its path, when nothing is known.
