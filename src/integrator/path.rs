@@ -342,7 +342,7 @@ pub(super) fn walk<const MEDIA: bool>(
 /// lens has put the ray. Only boundaries count on that way, not surfaces that separate media, and boundaries count as they stand at the
 /// ray's time.
 #[inline]
-fn camera_regions(world: &World, ray: &Ray, scratch: &mut Scratch) -> Regions {
+pub(super) fn camera_regions(world: &World, ray: &Ray, scratch: &mut Scratch) -> Regions {
     let mut regions = world.camera_regions.clone();
     let distance = ray.origin.length();
     if distance > 0.0 {

@@ -1,22 +1,31 @@
-//! What shines straight into the camera: surfaces and environments that emit, seen along a ray through empty space.
+//! What shines straight into the camera: surfaces and environments that emit, seen along a ray and dimmed by the media before them.
 //!
 //! A path's camera ray finds that by the way. It may also be asked alone, at the price of one ray, and so much more often than whole paths are
 //! traced (splitting: Arvo, Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990, section 4).
 
-use super::path::Scratch;
+use super::flight;
+use super::path::{Scratch, camera_regions};
 use super::world::World;
 use crate::geometry::{Ray, RayHit};
 use crate::light::LightId;
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
 
-/// The radiance of what `ray`, from a camera, meets first.
-pub fn seen(world: &World, mut ray: Ray, random: &SamplePoint, scratch: &mut Scratch) -> Rgb {
+/// The radiance of what `ray`, from a camera, meets first, as one unbiased sample. Transmittance is estimated by ratio tracking, which is noisier
+/// the denser the media are but less so than whether a path's flight gets through.
+pub fn seen<const MEDIA: bool>(world: &World, mut ray: Ray, random: &SamplePoint, scratch: &mut Scratch) -> Rgb {
     ray.opacity_seed = random.hash(1, Dimension::Opacity);
     scratch.counters.closest_rays += 1;
     scratch.counters.view_rays += 1;
     let hit = world.tracer.closest(&ray);
-    radiance(world, &ray, hit.as_ref())
+    let radiance = radiance(world, &ray, hit.as_ref());
+    if !MEDIA || radiance.is_black() {
+        return radiance;
+    }
+    ray.t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
+    let regions = camera_regions(world, &ray, scratch);
+    let mut stream = random.stream(1, Dimension::Transmittance);
+    radiance * flight::transmittance(world, &ray, &regions, &mut stream, scratch).value
 }
 
 /// What is emitted against `ray` where it ends.

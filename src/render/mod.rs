@@ -197,7 +197,7 @@ impl Job {
             SamplerKind::Sobol => false,
             SamplerKind::Independent => true,
         };
-        let splits_views = settings.view_rays == ViewRays::Auto && world.shines() && !world.has_media();
+        let splits_views = settings.view_rays == ViewRays::Auto && world.shines();
         let plan = Plan::of(&world, &camera, draws, splits_views, &film);
         Ok(Self {
             world,

@@ -129,7 +129,7 @@ impl Pass<'_> {
         let ray = self.camera_ray(pixel, &camera);
         let seen = |seen, scratch: &mut Scratch| {
             splitting.saw(seen);
-            if splitting.split.rays == 0 { seen } else { self.split(pixel, sample, splitting, seen, scratch) }
+            if splitting.split.rays == 0 { seen } else { self.split::<MEDIA>(pixel, sample, splitting, seen, scratch) }
         };
         let result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch, seen);
         if sample == 0 && result.emission.is_black() {
@@ -140,7 +140,7 @@ impl Pass<'_> {
 
     /// What shines straight into the camera, by what a path's own camera ray has seen and as many others as `splitting` asks for. Those of a pixel are
     /// points of one sequence in a pass.
-    fn split(
+    fn split<const MEDIA: bool>(
         &self,
         pixel: [u32; 2],
         sample: u32,
@@ -158,7 +158,7 @@ impl Pass<'_> {
             let sample = first.wrapping_add(number);
             let random = self.point(SampleId { seed, pixel, sample });
             let ray = self.camera_ray(pixel, &random);
-            let seen = view_ray::seen(&self.job.world, ray, &random, scratch);
+            let seen = view_ray::seen::<MEDIA>(&self.job.world, ray, &random, scratch);
             if self.samples.start == 0 {
                 splitting.saw(seen);
             }

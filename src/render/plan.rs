@@ -88,9 +88,6 @@ impl Plan {
         };
         plan.systems.push(System { name: "light linking", built: lights.linking().is_some(), reason, bytes });
         let reason = match (splits_views, world.shines()) {
-            _ if world.has_media() => {
-                "media may dim what shines straight into the camera: each path's camera ray alone finds it"
-            }
             (true, _) => "what shines straight into the camera is looked for by more rays where they disagree",
             (false, true) => "switched off: each path's camera ray alone finds what shines straight into the camera",
             (false, false) => "no surface or environment can be seen to shine",

@@ -25,8 +25,6 @@
 //! that are split off, whose number neighbours decide about in turn, but for those of the first pass, when all pixels send out as many. So a pixel's
 //! rays and how they are split are independent, and nothing is biased. g is of the first pass too, before anything was learned, and of those pixels of
 //! the tile that are of the other colour on a chessboard.
-//!
-//! Scenes with media have none of this: what dims the rays there would have to be estimated for each of them.
 
 use rayon::prelude::*;
 

@@ -73,9 +73,11 @@ fn pixels_that_split_their_rays_have_the_right_mean() {
 /// Variances of 500 renders have standard errors of some 6 % each: a third is far beyond chance.
 #[test]
 fn small_lamps_have_less_noise() {
-    let [auto, off] = [ViewRays::Auto, ViewRays::Off].map(|view_rays| moments(&scene(false), view_rays, 64, 500));
-    println!("variance {} of {}", auto.1, off.1);
-    assert!(auto.1 < off.1 / 3.0, "variance {} is not much less than {}", auto.1, off.1);
+    for fog in [false, true] {
+        let [auto, off] = [ViewRays::Auto, ViewRays::Off].map(|view_rays| moments(&scene(fog), view_rays, 64, 500));
+        println!("variance {} of {}", auto.1, off.1);
+        assert!(auto.1 < off.1 / 3.0, "variance {} is not much less than {}", auto.1, off.1);
+    }
 }
 
 /// What cannot be seen to shine is not looked for.
