@@ -11,7 +11,7 @@ use lanternfish::render::VolumeSampling;
 
 /// Looks at `to` from `from` through so small a field that all rays are one.
 fn ray(from: [f64; 3], to: [f64; 3]) -> Shot {
-    Shot { from, to, fov: 0.005, size: 8, depth: 3 }
+    Shot { from, to, fov: 5e-5, size: 8, depth: 3 }
 }
 
 fn options(spp: u32) -> Options {
