@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::neighbours::{Neighbour, NeighbourSearch};
 use super::seed::Candidate;
+use crate::geometry::camera::PixelSpan;
 
 /// Neighbours compared.
 pub const NEIGHBOURS: usize = 20;
@@ -55,8 +56,8 @@ pub fn similarity(a: &[Share], b: &[Share]) -> f32 {
 /// What decides about merging besides the lights.
 #[derive(Clone, Copy, Debug)]
 pub struct MergeSettings {
-    /// What one pixel spans at distance 1 from the camera, which is at the origin.
-    pub pixel_angle: f32,
+    /// What one pixel spans; the camera is at the origin.
+    pub pixel: PixelSpan,
     /// **Ours:** points on surfaces that face different ways are less alike (the paper's section 6: "merging ignores the surface normal").
     pub normals: bool,
 }
@@ -81,7 +82,8 @@ pub fn merge_similar(candidates: &mut Vec<Candidate>, signatures: &[Signature], 
                 if settings.normals { lights * facing(own.normal, candidates[n.index as usize].normal) } else { lights }
             };
             let mean = neighbours.iter().map(alike).sum::<f32>() / neighbours.len().max(1) as f32;
-            let pixels = LEAST_PIXELS * settings.pixel_angle * own.p.length();
+            let PixelSpan { width, angle } = settings.pixel;
+            let pixels = LEAST_PIXELS * width + LEAST_PIXELS * angle * own.p.length();
             let radius = (first * mean).max(LEAST_SHARE * first).max(pixels);
             // With normals, what faces away is never merged away.
             let within = neighbours.iter().filter(|n| {
@@ -137,7 +139,7 @@ mod tests {
 
     #[test]
     fn alike_merges_unlike_stays() {
-        let settings = MergeSettings { pixel_angle: 0.0, normals: false };
+        let settings = MergeSettings { pixel: PixelSpan { width: 0.0, angle: 0.0 }, normals: false };
         let (mut alike, signatures) = row(200, false);
         let radii = merge_similar(&mut alike, &signatures, settings);
         assert!(alike.len() < 50 && radii.len() == alike.len(), "{}", alike.len());
@@ -151,7 +153,7 @@ mod tests {
 
     #[test]
     fn what_is_smaller_than_pixels_merges() {
-        let settings = MergeSettings { pixel_angle: 0.1, normals: false };
+        let settings = MergeSettings { pixel: PixelSpan { width: 0.0, angle: 0.1 }, normals: false };
         let (mut unlike, signatures) = row(200, true);
         let radii = merge_similar(&mut unlike, &signatures, settings);
         assert!(radii.iter().zip(&unlike).all(|(&radius, c)| radius >= 0.3 * c.p.x));

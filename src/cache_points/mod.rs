@@ -34,6 +34,7 @@ use std::time::Instant;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::geometry::camera::PixelSpan;
 use crate::light::selector::Uniform;
 use crate::light::{LightId, Lights, Receiver};
 use blur::BlurWeights;
@@ -116,12 +117,12 @@ pub struct CachePoints {
 }
 
 impl CachePoints {
-    /// Points for `lights` from `candidates`; `pixel_angle` is what one pixel spans at distance 1. `None` where there are too few
+    /// Points for `lights` from `candidates`; `pixel` is what one pixel spans. `None` where there are too few
     /// candidates. `statistics` holds what seeding has to say.
     pub fn build(
         lights: &Lights,
         mut candidates: Vec<Candidate>,
-        pixel_angle: f32,
+        pixel: PixelSpan,
         settings: CacheSettings,
         mut statistics: CacheStatistics,
     ) -> Option<Self> {
@@ -149,8 +150,7 @@ impl CachePoints {
             .map(|(c, &radius)| signature(&hierarchy, lights, Site { p: c.p, radius }))
             .collect();
         statistics.seconds.signatures = clock.lap();
-        let radii =
-            merge_similar(&mut candidates, &signatures, MergeSettings { pixel_angle, normals: settings.normals });
+        let radii = merge_similar(&mut candidates, &signatures, MergeSettings { pixel, normals: settings.normals });
         drop(signatures);
         statistics.points = candidates.len();
         statistics.seconds.merge = clock.lap();

@@ -13,6 +13,9 @@ use crate::math::chi2::assert_counts;
 use crate::math::sampler::Stream;
 use crate::math::warp::uniform_sphere;
 
+/// What a pixel spans.
+const PIXEL: PixelSpan = PixelSpan { width: 0.0, angle: 1e-3 };
+
 /// `count` points of various power in a room of 10 units, a few spots, the sun and the sky.
 fn lights(count: usize, seed: u64) -> Lights {
     let mut stream = Stream::from_seed(seed);
@@ -47,7 +50,7 @@ fn candidates(count: usize) -> Vec<Candidate> {
 }
 
 fn build(lights: &Lights, settings: CacheSettings) -> CachePoints {
-    CachePoints::build(lights, candidates(400), 1e-3, settings, Default::default()).expect("there are candidates")
+    CachePoints::build(lights, candidates(400), PIXEL, settings, Default::default()).expect("there are candidates")
 }
 
 fn settings(gathering: Gathering, visibility: VisibilityRule) -> CacheSettings {
@@ -243,7 +246,7 @@ fn lights_drawn_together_are_those_drawn_alone() {
 #[test]
 fn few_candidates_make_no_cache() {
     let list = candidates(4);
-    assert!(CachePoints::build(&lights(5, 1), list, 1e-3, CacheSettings::default(), Default::default()).is_none());
+    assert!(CachePoints::build(&lights(5, 1), list, PIXEL, CacheSettings::default(), Default::default()).is_none());
 }
 
 /// The clusters of all points, and which of them are near.
@@ -277,7 +280,7 @@ fn a_scene_may_be_scaled() {
             lights.add_point(PointLight { p: p * scale, intensity: Rgb::splat(scale * scale) });
         }
         let list = candidates(400).into_iter().map(|c| Candidate { p: c.p * scale, ..c }).collect();
-        CachePoints::build(&lights, list, 1e-3, CacheSettings::default(), Default::default()).expect("candidates")
+        CachePoints::build(&lights, list, PIXEL, CacheSettings::default(), Default::default()).expect("candidates")
     };
     // A power of two changes no digit.
     let (one, tiny, huge) = (scaled(1.0), scaled(2f32.powi(-40)), scaled(2f32.powi(40)));

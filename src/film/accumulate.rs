@@ -3,6 +3,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::gbuffer::{SurfaceSample, SurfaceSums};
 use super::settings::Sensor;
 use crate::math::Rgb;
 use crate::system::fault::{self, Fault};
@@ -26,6 +27,8 @@ pub struct SampleResult {
     pub normal: Vec3,
     /// Distance to what is seen first; infinite where nothing is.
     pub depth: f32,
+    /// What else a `gbuffer` film records of it.
+    pub surface: Option<SurfaceSample>,
 }
 
 impl SampleResult {
@@ -126,6 +129,8 @@ impl AovSums {
 pub struct PixelSamples {
     pub(super) beauty: Moments,
     pub(super) aovs: AovSums,
+    /// Sums of those samples that know their surface.
+    pub(super) surfaces: SurfaceSums,
     /// Samples dropped because a value was NaN or infinite.
     pub(super) rejected: u64,
     /// The index of the first of them.
@@ -136,17 +141,25 @@ pub struct PixelSamples {
 impl PixelSamples {
     /// No samples yet.
     pub fn new(sensor: Sensor) -> Self {
-        let (beauty, aovs) = (Moments::default(), AovSums::default());
-        Self { beauty, aovs, rejected: 0, first_rejected: None, sensor }
+        let (beauty, aovs, surfaces) = Default::default();
+        Self { beauty, aovs, surfaces, rejected: 0, first_rejected: None, sensor }
     }
 
     /// Adds the sample number `index` of the pixel. A sample with a NaN or infinity (other than an infinite depth) is left out
     /// and counted.
     pub fn add(&mut self, index: u32, sample: &SampleResult) {
-        let exposed = self.sensor.expose(sample);
+        self.add_weighted(index, sample, 1.0);
+    }
+
+    /// The same of a sample whose light counts `weight`, positive or negative: the filter's. What it says of surfaces counts 1.
+    pub fn add_weighted(&mut self, index: u32, sample: &SampleResult, weight: f32) {
+        let exposed = self.sensor.expose(sample, weight);
         if exposed.is_finite() {
             self.beauty.add(exposed.beauty.0.as_dvec3());
             self.aovs.add(&exposed);
+            if let Some(surface) = &sample.surface {
+                self.surfaces.add(surface);
+            }
         } else {
             self.rejected += 1;
             self.first_rejected.get_or_insert(index);

@@ -6,6 +6,7 @@
 pub mod accumulate;
 pub mod exr;
 pub mod filter;
+pub mod gbuffer;
 pub mod image;
 pub mod pfm;
 pub mod settings;
@@ -16,10 +17,11 @@ use glam::DVec3;
 
 pub use accumulate::{Moments, PixelSamples, SampleResult};
 pub use exr::ChannelImage;
-pub use filter::PixelFilter;
+pub use filter::{FilterSample, PixelFilter};
 pub use settings::{FilmOverrides, FilmSettings, Sensor};
 
 use accumulate::AovSums;
+use gbuffer::SurfaceSums;
 
 /// A rectangle of pixels, counted from the top left corner of the full image; `x1`, `y1` are just outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -81,6 +83,8 @@ pub struct FilmTile {
     beauty: Vec<Moments>,
     /// Empty where the render has no AOVs.
     aovs: Vec<AovSums>,
+    /// Empty but for a `gbuffer` film.
+    surfaces: Vec<SurfaceSums>,
     rejected: u64,
     first_rejected: Option<RejectedSample>,
 }
@@ -91,14 +95,15 @@ impl FilmTile {
         self.bounds
     }
 
-    /// The mean over the channels of what `pixel`, which must lie within the tile, has gathered so far.
+    /// The mean over the channels of what `pixel`, which must lie within the tile, has gathered so far; at least 0, whatever the filter takes away.
     pub fn level(&self, pixel: [u32; 2]) -> f64 {
-        self.beauty[self.bounds.index(pixel)].mean.element_sum() / 3.0
+        (self.beauty[self.bounds.index(pixel)].mean.element_sum() / 3.0).max(0.0)
     }
 
     /// The mean of that over all its pixels.
     pub fn mean_level(&self) -> f64 {
-        self.beauty.iter().map(|moments| moments.mean.element_sum() / 3.0).sum::<f64>() / self.beauty.len() as f64
+        let sum: f64 = self.beauty.iter().map(|moments| moments.mean.element_sum() / 3.0).sum();
+        (sum / self.beauty.len() as f64).max(0.0)
     }
 
     /// Joins the samples of a pass to those of `pixel`, which must lie within the tile.
@@ -107,6 +112,9 @@ impl FilmTile {
         self.beauty[index].merge(&samples.beauty);
         if let Some(aovs) = self.aovs.get_mut(index) {
             aovs.merge(&samples.aovs);
+        }
+        if let Some(surfaces) = self.surfaces.get_mut(index) {
+            surfaces.merge(&samples.surfaces);
         }
         self.rejected += samples.rejected;
         if let Some(sample) = samples.first_rejected {
@@ -133,7 +141,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// An empty film. A pixel takes 56 bytes, and 160 more with `aovs`.
+    /// An empty film. A pixel takes 56 bytes, 160 more with `aovs`, and 112 more as a `gbuffer`.
     pub fn new(settings: FilmSettings, has_aovs: bool) -> Self {
         let all = settings.bounds;
         let starts = |from: u32, to: u32| (from..to).step_by(TILE_SIZE as usize);
@@ -150,6 +158,7 @@ impl Film {
                     bounds,
                     beauty: vec![Moments::default(); bounds.area()],
                     aovs: vec![AovSums::default(); if has_aovs { bounds.area() } else { 0 }],
+                    surfaces: vec![SurfaceSums::default(); if settings.gbuffer.is_some() { bounds.area() } else { 0 }],
                     rejected: 0,
                     first_rejected: None,
                 }
@@ -161,7 +170,8 @@ impl Film {
     /// Bytes that [`Film::new`] would take.
     pub fn memory_for(settings: &FilmSettings, has_aovs: bool) -> usize {
         let aovs = if has_aovs { size_of::<AovSums>() } else { 0 };
-        settings.bounds.area() * (size_of::<Moments>() + aovs)
+        let surfaces = if settings.gbuffer.is_some() { size_of::<SurfaceSums>() } else { 0 };
+        settings.bounds.area() * (size_of::<Moments>() + aovs + surfaces)
     }
 
     /// What it was made from.
@@ -214,7 +224,7 @@ impl Film {
     pub fn beauty(&self) -> image::Image {
         let bounds = self.settings.bounds;
         let mut pixels = vec![0.0f32; bounds.area() * 3];
-        self.each_pixel(|index, moments, _| {
+        self.each_pixel(|index, moments, _, _| {
             pixels[index * 3..index * 3 + 3].copy_from_slice(&moments.mean.as_vec3().to_array());
         });
         image::Image { width: bounds.width() as usize, height: bounds.height() as usize, channels: 3, pixels }
@@ -222,7 +232,7 @@ impl Film {
 
     /// All channels, for [`exr::write_exr`]: `R G B`, `variance.R/G/B` (of the mean) and `samples`, and with AOVs the layers
     /// `direct`, `indirect`, `emission`, `volume`, `albedo` (R, G, B), `normal` (X, Y, Z: not renormalised) and `depth.Z`
-    /// (over the samples that hit something; 0 where none did). The attribute `lanternfish.biased` is there if the sensor cut samples.
+    /// (over the samples that hit something; 0 where none did); of a `gbuffer` film [`gbuffer::CHANNELS`]. The attribute `lanternfish.biased` is there if the sensor cut samples.
     pub fn channels(&self) -> ChannelImage {
         let bounds = self.settings.bounds;
         let [width, height] = self.settings.resolution;
@@ -236,8 +246,11 @@ impl Film {
             }
             names.extend(["normal.X", "normal.Y", "normal.Z", "depth.Z"].map(str::to_owned));
         }
+        if self.settings.gbuffer.is_some() {
+            names.extend(gbuffer::CHANNELS.map(str::to_owned));
+        }
         let mut planes = vec![vec![0.0f32; bounds.area()]; names.len()];
-        self.each_pixel(|index, moments, aovs| {
+        self.each_pixel(|index, moments, aovs, surfaces| {
             let mut plane = planes.iter_mut();
             let mut put = |values: &[f64]| {
                 // In this order zip takes no plane after the last value.
@@ -257,6 +270,11 @@ impl Film {
                 }
                 put(&[if sums.hits > 0 { sums.depth / sums.hits as f64 } else { 0.0 }]);
             }
+            if let Some(sums) = surfaces {
+                let scale = if moments.count > 0 { 1.0 / moments.count as f64 } else { 0.0 };
+                let albedo = aovs.map_or(DVec3::ZERO, |sums| sums.albedo * scale);
+                put(&gbuffer::values(albedo, sums, moments));
+            }
         });
         ChannelImage {
             bounds,
@@ -274,10 +292,10 @@ impl Film {
     }
 
     /// Calls `f` with each pixel's place in rows from the top of the crop.
-    fn each_pixel(&self, mut f: impl FnMut(usize, &Moments, Option<&AovSums>)) {
+    fn each_pixel(&self, mut f: impl FnMut(usize, &Moments, Option<&AovSums>, Option<&SurfaceSums>)) {
         for tile in &self.tiles {
             for (i, pixel) in tile.bounds.pixels().enumerate() {
-                f(self.settings.bounds.index(pixel), &tile.beauty[i], tile.aovs.get(i));
+                f(self.settings.bounds.index(pixel), &tile.beauty[i], tile.aovs.get(i), tile.surfaces.get(i));
             }
         }
     }

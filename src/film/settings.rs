@@ -4,6 +4,7 @@
 use crate::scene::{Entity, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
 use super::filter::PixelFilter;
+use super::gbuffer::Coordinates;
 use super::image::MAX_PIXELS;
 use super::{PixelBounds, SampleResult};
 
@@ -20,6 +21,8 @@ pub struct FilmSettings {
     pub sensor: Sensor,
     /// How samples spread over neighbouring pixels.
     pub filter: PixelFilter,
+    /// Whether it records the surfaces that are seen first, and relative to what.
+    pub gbuffer: Option<Coordinates>,
 }
 
 /// What the command line puts in place of what the scene says.
@@ -47,15 +50,15 @@ impl Default for Sensor {
 }
 
 impl Sensor {
-    /// The pixel values of a sample. The parts of the beauty shrink with it, so that they still sum to it.
+    /// The pixel values of a sample that counts `weight`. The parts of the beauty shrink with it, so that they still sum to it.
     #[inline]
-    pub fn expose(&self, sample: &SampleResult) -> SampleResult {
+    pub fn expose(&self, sample: &SampleResult, weight: f32) -> SampleResult {
         let peak = sample.beauty.max_channel() * self.imaging_ratio;
         let scale = if peak > self.max_component {
             self.imaging_ratio * (self.max_component / peak)
         } else {
             self.imaging_ratio
-        };
+        } * weight;
         SampleResult {
             beauty: sample.beauty * scale,
             direct: sample.direct * scale,
@@ -73,8 +76,9 @@ impl Sensor {
 }
 
 impl FilmSettings {
-    /// The film, sensor and filter of `scene`. Film types `gbuffer` and `spectral` are made as `rgb` with a warning; real
-    /// sensors as `cie1931`. `savefp16` and `diagonal` have no effect: files are always 32-bit, the camera is ideal.
+    /// The film, sensor and filter of `scene`. Film type `spectral` is made as `rgb` with a warning; real
+    /// sensors as `cie1931`. `savefp16` has no effect, since files are always 32-bit, and `diagonal` only where the camera has a lens
+    /// of many surfaces.
     ///
     /// # Errors
     /// Unknown film types and parameters out of range.
@@ -87,7 +91,8 @@ impl FilmSettings {
         let params = &film.params;
         match film.kind.as_str() {
             "rgb" | "" => {}
-            "gbuffer" | "spectral" => {
+            "gbuffer" => {}
+            "spectral" => {
                 warnings.add(Some(film.span()), format!("film type \"{}\" is rendered as \"rgb\"", film.kind));
             }
             other => {
@@ -105,15 +110,25 @@ impl FilmSettings {
         let bounds = crop(film, overrides, stated, resolution, warnings)?;
         let filename = params.string("filename")?.map(str::to_owned);
         let sensor = sensor(scene, warnings)?;
-        params.warn_ignored(
-            "diagonal",
-            "the pinhole and thin lens cameras have no use for the sensor's size",
-            warnings,
-        );
+        let gbuffer = if film.kind == "gbuffer" { Some(coordinates(film)?) } else { None };
+        if scene.camera.kind == "realistic" {
+            // The camera asks for it.
+            params.get("diagonal");
+        } else {
+            params.warn_ignored("diagonal", "only the realistic camera has a use for the sensor's size", warnings);
+        }
         params.warn_ignored("savefp16", "files hold 32-bit floats", warnings);
         params.warn_unused(warnings);
         let filter = PixelFilter::build(&scene.filter, warnings)?;
-        Ok(Self { resolution, bounds, filename, sensor, filter })
+        Ok(Self { resolution, bounds, filename, sensor, filter, gbuffer })
+    }
+}
+
+fn coordinates(film: &Entity) -> Result<Coordinates, Box<SceneError>> {
+    match film.params.string("coordinatesystem")? {
+        None | Some("camera") => Ok(Coordinates::Camera),
+        Some("world") => Ok(Coordinates::World),
+        Some(_) => Err(film.params.wrong("coordinatesystem", "\"camera\" or \"world\"")),
     }
 }
 

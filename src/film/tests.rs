@@ -92,7 +92,7 @@ fn filter_moments_match_numeric_integration() {
             let (mut mean, mut square) = (0.0, 0.0);
             for i in 0..n {
                 let u = (i as f32 + 0.5) / n as f32;
-                let x = f64::from(filter.sample([u, u])[axis]);
+                let x = f64::from(filter.sample([u, u], || 0.5).offset[axis]);
                 mean += x / f64::from(n);
                 square += x * x / f64::from(n);
             }
@@ -108,8 +108,10 @@ fn a_very_wide_gaussian_is_a_parabola() {
     // exp(−x²/2σ²) − exp(−r²/2σ²) → (r² − x²)/2σ²: second moment r²/5.
     let filter = &filters()[3];
     let n = 1 << 16;
-    let square: f64 =
-        (0..n).map(|i| f64::from(filter.sample([(i as f32 + 0.5) / n as f32, 0.5]).x).powi(2)).sum::<f64>() / n as f64;
+    let square: f64 = (0..n)
+        .map(|i| f64::from(filter.sample([(i as f32 + 0.5) / n as f32, 0.5], || 0.5).offset.x).powi(2))
+        .sum::<f64>()
+        / n as f64;
     assert!((square - 0.2).abs() < 1e-4, "{square}");
 }
 
@@ -123,7 +125,7 @@ fn filter_samples_follow_the_filter() {
         let mut observed = vec![0u32; CELLS * CELLS];
         let mut stream = Stream::from_seed(index as u64);
         for _ in 0..n {
-            let p = filter.sample([stream.next_f32(), stream.next_f32()]);
+            let p = filter.sample([stream.next_f32(), stream.next_f32()], || 0.5).offset;
             assert!(p.abs().cmple(radius).all(), "{p} outside of {radius}");
             let cell = ((p / radius * 0.5 + 0.5) * CELLS as f32)
                 .floor()
@@ -294,7 +296,7 @@ fn the_sensor_scales_and_limits_as_pbrt_does() {
     let settings = FilmSettings::build(&scene, &FilmOverrides::default(), &mut Warnings::default()).expect("valid");
     assert_eq!(settings.sensor, Sensor { imaging_ratio: 1.0, max_component: 5.0 });
     let bright = SampleResult { beauty: Rgb::new(10.0, 4.0, 0.0), direct: Rgb::new(10.0, 4.0, 0.0), ..sample(0.0) };
-    let exposed = settings.sensor.expose(&bright);
+    let exposed = settings.sensor.expose(&bright, 1.0);
     assert_eq!((exposed.beauty, exposed.direct), (Rgb::new(5.0, 2.0, 0.0), Rgb::new(5.0, 2.0, 0.0)));
     assert!(
         Film::new(settings, false).channels().attribute("lanternfish.biased").is_some_and(|note| note.contains('5'))

@@ -58,7 +58,7 @@ impl ShapeKind {
                     + size_of_val(&*curves.parameters)
                     + size_of_val(&*curves.normals)
             }
-            Self::Sphere(_) | Self::Disk(_) => 0,
+            Self::Sphere(_) | Self::Disk(_) | Self::Cylinder(_) => 0,
         }
     }
 }

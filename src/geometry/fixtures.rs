@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::{Affine3A, Quat, Vec3};
 
-use super::shape::{BilinearMesh, Curves, Disk, Sphere, TriangleMesh};
+use super::shape::{BilinearMesh, Curves, Cylinder, Disk, Sphere, TriangleMesh};
 use super::{Geometry, Instance, MotionTransform, Prototype, Ray, Shape, ShapeId, ShapeKind, curve::CurveKind};
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
@@ -176,6 +176,10 @@ pub fn one_of_each(random: &mut Random, spread: f32) -> Vec<Shape> {
             to_shape,
             inverse,
         })));
+        let to_shape = placement(random, spread);
+        let inverse = crate::geometry::affine::linear(&to_shape).inverse();
+        let cylinder = Cylinder { radius: 0.6, z_min: -0.5, z_max, phi_max, to_shape, inverse };
+        shapes.push(shape(ShapeKind::Cylinder(cylinder)));
     }
     for kind in [CurveKind::Flat, CurveKind::Cylinder, CurveKind::Ribbon] {
         shapes.push(shape(ShapeKind::Curves(random_curves(random, spread, kind, 20))));

@@ -5,6 +5,7 @@ pub mod bilinear;
 pub mod build;
 pub mod camera;
 pub mod curve;
+pub mod cylinder;
 pub mod disk;
 pub mod extent;
 #[cfg(test)]

@@ -10,7 +10,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{Affine3A, DVec3, Mat3A, Vec2, Vec3};
 
 use super::affine;
-use super::shape::{AreaSample, BilinearMesh, Disk, Shape, ShapeKind, Sphere, TriangleMesh};
+use super::shape::{AreaSample, BilinearMesh, Cylinder, Disk, Shape, ShapeKind, Sphere, TriangleMesh};
 use crate::math::alias::AliasTable;
 use crate::math::robust::gamma;
 use crate::math::warp::{concentric_disk, uniform_triangle};
@@ -46,6 +46,7 @@ impl ShapeSampler {
                 let squares = d.radius * d.radius - d.inner_radius * d.inner_radius;
                 Self { weight: 0.5 * d.phi_max * squares, table: None }
             }
+            ShapeKind::Cylinder(c) => Self { weight: c.phi_max * c.radius * (c.z_max - c.z_min), table: None },
             ShapeKind::Curves(_) => return None,
         };
         (sampler.weight > 0.0 && sampler.weight.is_finite()).then_some(sampler)
@@ -78,6 +79,10 @@ impl ShapeSampler {
                 let (p, parameters) = disk_point(disk, u);
                 self.quadric(&disk.to_shape, shape.flip_normal, p, Vec3::Z, parameters)
             }
+            ShapeKind::Cylinder(cylinder) => {
+                let p = cylinder_point(cylinder, u);
+                self.quadric(&cylinder.to_shape, shape.flip_normal, p, p.with_z(0.0), u)
+            }
             ShapeKind::Curves(_) => None,
         }
     }
@@ -92,6 +97,7 @@ impl ShapeSampler {
             }
             ShapeKind::Sphere(sphere) => 1.0 / (self.weight * area_scale(&sphere.to_shape.matrix3, normal)),
             ShapeKind::Disk(disk) => 1.0 / (self.weight * area_scale(&disk.to_shape.matrix3, normal)),
+            ShapeKind::Cylinder(cylinder) => 1.0 / (self.weight * area_scale(&cylinder.to_shape.matrix3, normal)),
             ShapeKind::Bilinear(_) | ShapeKind::Curves(_) => 0.0,
         }
     }
@@ -285,6 +291,13 @@ fn disk_point(disk: &Disk, u: [f32; 2]) -> (Vec3, [f32; 2]) {
     };
     let v = (disk.radius - radius) / (disk.radius - disk.inner_radius);
     (Vec3::new(x, y, disk.height), [(phi / disk.phi_max).clamp(0.0, 1.0), v.clamp(0.0, 1.0)])
+}
+
+/// A uniform point of a cylinder in object space, at those parameters.
+fn cylinder_point(cylinder: &Cylinder, [u, v]: [f32; 2]) -> Vec3 {
+    let phi = cylinder.phi_max * u;
+    let z = cylinder.z_min + (cylinder.z_max - cylinder.z_min) * v;
+    Vec3::new(cylinder.radius * phi.cos(), cylinder.radius * phi.sin(), z)
 }
 
 /// The sphere that `sphere` is in its shape's space, if it is whole and still round there: centre and radius.

@@ -6,6 +6,7 @@ use crate::math::transform::Decomposed;
 
 pub use super::bilinear::BilinearMesh;
 pub use super::curve::Curves;
+pub use super::cylinder::Cylinder;
 pub use super::disk::Disk;
 pub use super::sphere::Sphere;
 pub use super::triangle::TriangleMesh;
@@ -54,7 +55,7 @@ impl Shape {
             ShapeKind::Triangles(mesh) => mesh.indices.len() as u32,
             ShapeKind::Bilinear(mesh) => mesh.indices.len() as u32,
             ShapeKind::Curves(curves) => curves.control_points.len() as u32,
-            ShapeKind::Sphere(_) | ShapeKind::Disk(_) => 1,
+            ShapeKind::Sphere(_) | ShapeKind::Disk(_) | ShapeKind::Cylinder(_) => 1,
         }
     }
 
@@ -66,6 +67,7 @@ impl Shape {
             ShapeKind::Curves(curves) => curves.bounds(primitive),
             ShapeKind::Sphere(sphere) => sphere.bounds(),
             ShapeKind::Disk(disk) => disk.bounds(),
+            ShapeKind::Cylinder(cylinder) => cylinder.bounds(),
         }
     }
 
@@ -85,6 +87,7 @@ impl Shape {
             ShapeKind::Curves(curves) => curves.intersect(primitive, origin, direction, t_min, t_max),
             ShapeKind::Sphere(sphere) => sphere.intersect(origin, direction, t_min, t_max),
             ShapeKind::Disk(disk) => disk.intersect(origin, direction, t_min, t_max),
+            ShapeKind::Cylinder(cylinder) => cylinder.intersect(origin, direction, t_min, t_max),
         }
     }
 }
@@ -100,6 +103,8 @@ pub enum ShapeKind {
     Sphere(Sphere),
     /// A disk, perhaps annular or partial.
     Disk(Disk),
+    /// A cylinder without caps, perhaps partial.
+    Cylinder(Cylinder),
     /// Bézier curves: hair and fur.
     Curves(Curves),
 }

@@ -7,6 +7,7 @@
 use glam::Vec3;
 
 use super::local::LocalPoint;
+use super::trace::PrimitivePoint;
 use super::{Geometry, InstanceId, Ray, RayHit, Shape, ShapeKind, SurfacePoint, affine};
 
 /// By how much a tracer's own interpolation of a rotation may differ from [`super::MotionTransform`], relative to the distance from the
@@ -22,6 +23,7 @@ impl Shape {
             ShapeKind::Bilinear(mesh) => mesh.point(primitive, uv),
             ShapeKind::Sphere(sphere) => sphere.point(uv),
             ShapeKind::Disk(disk) => disk.point(uv),
+            ShapeKind::Cylinder(cylinder) => cylinder.point(uv),
             ShapeKind::Curves(curves) => curves.point(primitive, uv, direction),
         };
         if self.flip_normal && !point.authoritative_ns {
@@ -41,6 +43,7 @@ impl Shape {
             ShapeKind::Bilinear(mesh) => (mesh.normal(primitive, uv), mesh.shading_normal(primitive, uv).is_some()),
             ShapeKind::Sphere(sphere) => (sphere.normal(uv), false),
             ShapeKind::Disk(disk) => (disk.normal(), false),
+            ShapeKind::Cylinder(cylinder) => (cylinder.normal(uv), false),
             ShapeKind::Curves(_) => return self.point(primitive, uv, direction.normalize_or_zero()).ng,
         };
         if self.flip_normal && !follows_shading { -n } else { n }
@@ -48,6 +51,15 @@ impl Shape {
 }
 
 impl Geometry {
+    /// Where a point of a primitive is in render space when the shutter's interval begins, and its unit geometric normal; for curves, which face the
+    /// ray, roughly.
+    pub fn place(&self, at: &PrimitivePoint) -> (Vec3, Vec3) {
+        let LocalPoint { p, ng, .. } = self.shapes[at.shape.0 as usize].point(at.primitive, at.uv, Vec3::Z);
+        let Some(InstanceId(instance)) = at.instance else { return (p, ng) };
+        let to_render = self.instances[instance as usize].transform.at(0.0);
+        (to_render.transform_point3(p), affine::normal(&to_render, ng.as_dvec3()))
+    }
+
     /// The surface at a hit, with everything shading needs. `ray` must be the ray that was traced.
     pub fn surface_point(&self, ray: &Ray, hit: &RayHit) -> SurfacePoint {
         let shape = &self.shapes[hit.shape.0 as usize];

@@ -16,6 +16,7 @@ use super::record::{Event, PathRecord, VertexKind};
 use super::volume_light::FlightPdfs;
 use super::world::World;
 use crate::film::SampleResult;
+use crate::film::gbuffer::SurfaceSample;
 use crate::geometry::{BoundaryCrossing, Ray, RayHit, SurfacePoint};
 use crate::light::{EmitterHit, LightId, LinkSet};
 use crate::material::MaterialId;
@@ -296,6 +297,8 @@ pub(super) fn walk<const MEDIA: bool>(
             layers.result.albedo = bsdf.albedo(wo);
             layers.result.normal = point.ns;
             layers.result.depth = hit.t;
+            let surface = SurfaceSample { p: point.p, ng: point.ng, ns: point.ns, uv: point.uv, ..Default::default() };
+            layers.result.surface = Some(surface);
         }
 
         path.weight.light = path.weight.unidirectional;

@@ -1,16 +1,16 @@
 //! Images that light the scene from infinity: lookups, and directions drawn in proportion to them.
 //!
-//! Sources: Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD", JGT 13(3), 2008, for the octahedral square;
-//! Pharr, Jakob, Humphreys (4th ed.) sections 3.8.3 and 12.5.2; Ramamoorthi & Hanrahan, "An Efficient Representation for
-//! Irradiance Environment Maps", SIGGRAPH 2001, for the irradiance estimate.
+//! Sources: [`crate::math::equal_area`] for the octahedral square; Pharr, Jakob, Humphreys (4th ed.) sections 3.8.3 and 12.5.2; Ramamoorthi &
+//! Hanrahan, "An Efficient Representation for Irradiance Environment Maps", SIGGRAPH 2001, for the irradiance estimate.
 //!
 //! Lookups are bilinear. The density is constant over each pixel's cell of the sphere and proportional to the *mean of the
 //! bilinear lookup* over that cell, so it is positive wherever the lookup is, also in the pixels beside a lone sun.
 
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::f32::consts::{PI, TAU};
 
 use glam::{Mat3, Vec2, Vec3};
 
+use crate::math::equal_area::{equal_area_sphere_to_square, equal_area_square_to_sphere};
 use crate::math::sampler::mix;
 use crate::math::{ONE_MINUS_EPSILON, Rgb};
 
@@ -323,26 +323,4 @@ fn spherical_harmonics(d: Vec3) -> [f32; 9] {
         1.092_548_4 * x * z,
         0.546_274_2 * (x * x - y * y),
     ]
-}
-
-/// Clarberg's map from the unit square to the unit sphere: the inner diamond is the upper hemisphere (z up).
-pub fn equal_area_square_to_sphere(p: Vec2) -> Vec3 {
-    let (u, v) = (2.0 * p.x - 1.0, 2.0 * p.y - 1.0);
-    let (au, av) = (u.abs(), v.abs());
-    let signed_distance = 1.0 - (au + av);
-    let r = 1.0 - signed_distance.abs();
-    let phi = if r == 0.0 { FRAC_PI_4 } else { ((av - au) / r + 1.0) * FRAC_PI_4 };
-    let ring = r * (2.0 - r * r).max(0.0).sqrt();
-    Vec3::new((ring * phi.cos()).copysign(u), (ring * phi.sin()).copysign(v), (1.0 - r * r).copysign(signed_distance))
-}
-
-/// The inverse of [`equal_area_square_to_sphere`].
-pub fn equal_area_sphere_to_square(d: Vec3) -> Vec2 {
-    let (x, y) = (d.x.abs(), d.y.abs());
-    // r² = 1 − |z|, written so that it keeps its precision at the poles.
-    let r = ((x * x + y * y) / (1.0 + d.z.abs())).sqrt();
-    let phi = if x == 0.0 && y == 0.0 { 0.0 } else { y.atan2(x) / FRAC_PI_2 };
-    let (v, u) = (phi * r, r - phi * r);
-    let (u, v) = if d.z < 0.0 { (1.0 - v, 1.0 - u) } else { (u, v) };
-    ((Vec2::new(u.copysign(d.x), v.copysign(d.y)) + Vec2::ONE) * 0.5).clamp(Vec2::ZERO, Vec2::ONE)
 }

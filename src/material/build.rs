@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use super::build_texture::{Loader, TextureBuilder};
 use super::texture::{FloatInput, RgbInput, Textures};
-use super::{Coat, Material, MaterialId, Materials, Metal, Roughness};
+use super::{Alpha, Coat, Material, MaterialId, Materials, Metal, Roughness};
 use crate::math::Rgb;
 use crate::math::spectrum::Spectrum;
 use crate::scene::{
@@ -71,9 +71,9 @@ impl Materials {
         if matches!(input, FloatInput::Constant(alpha) if alpha >= 1.0) {
             return Ok(None);
         }
-        let known = self.alphas.iter().position(|&alpha| alpha == input);
+        let known = self.alphas.iter().position(|alpha| alpha.input == input);
         let number = known.unwrap_or_else(|| {
-            self.alphas.push(input);
+            self.alphas.push(Alpha { input, is_spatial: self.textures.is_spatial(input) });
             self.alphas.len() - 1
         });
         Ok(Some(number as u32))

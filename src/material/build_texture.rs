@@ -1,24 +1,21 @@
 //! From `Texture` directives to [`Textures`]: only what something refers to is built, each once, and each image file is read
 //! once for each encoding.
 //!
-//! Kinds: `constant`, `scale`, `imagemap`. Any other kind is named in a warning and stands for 1 (float) or 50 % grey
+//! Kinds: `constant`, `scale`, `imagemap`, and those of `build_procedural.rs`. Any other kind is named in a warning and stands for 1 (float) or 50 % grey
 //! (spectrum). A file that cannot be read is named in a warning and stands for 1 or magenta; under `strict` it is an error.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Vec2;
-
 use super::image_texture::{Filter, ImageMap, Wrap};
+use super::procedural::{Marble, NoiseTexture, Weight};
 use super::texture::{FloatInput, FloatTexture, RgbInput, RgbTexture, Textures};
 use crate::film::image::{Encoding, Image, read_image};
 use crate::math::Rgb;
-use crate::scene::{
-    Entity, ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, TextureEntity, TextureOr, Warnings,
-};
+use crate::scene::{ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, TextureEntity, TextureOr, Warnings};
 
-type Result<T> = std::result::Result<T, Box<SceneError>>;
+pub(super) type Result<T> = std::result::Result<T, Box<SceneError>>;
 
 /// What stands for a colour whose image is missing.
 const MAGENTA: Rgb = Rgb::new(1.0, 0.0, 1.0);
@@ -26,7 +23,7 @@ const MAGENTA: Rgb = Rgb::new(1.0, 0.0, 1.0);
 /// Textures within textures beyond this are refused: a file may nest as deeply as it likes, the stack may not.
 const DEEPEST: usize = 64;
 
-/// Image look-ups that one look-up of a texture may come to: textures that name each other twice double it at every level.
+/// Look-ups of images, of noise and of blends that one look-up of a texture may come to: textures that name each other twice double it at every level.
 const MOST_LOOKUPS: u32 = 1024;
 
 /// What has been built and read so far.
@@ -118,15 +115,18 @@ impl<'a> TextureBuilder<'a> {
                     _ => self.add_float(FloatTexture::Scale(a, b), span)?,
                 }
             }
-            "imagemap" => match self.image_map(&texture.entity)? {
+            "imagemap" => match self.image_map(texture)? {
                 Some(map) => self.add_float(FloatTexture::Image(Arc::new(map)), span)?,
                 None => FloatInput::Constant(1.0),
             },
-            kind => {
-                let message = format!("texture type \"{kind}\" (\"{name}\") is not supported: 1 is used instead");
-                self.warnings.add(Some(texture.entity.span()), message);
-                FloatInput::Constant(1.0)
-            }
+            kind => match self.procedural_float(texture)? {
+                Some(procedural) => self.add_float(procedural, span)?,
+                None => {
+                    let message = format!("texture type \"{kind}\" (\"{name}\") is not supported: 1 is used instead");
+                    self.warnings.add(Some(texture.entity.span()), message);
+                    FloatInput::Constant(1.0)
+                }
+            },
         };
         self.end(texture);
         self.loader.floats.insert(name.to_owned(), built);
@@ -149,16 +149,19 @@ impl<'a> TextureBuilder<'a> {
                     _ => self.add_rgb(RgbTexture::Scale(a, b), span)?,
                 }
             }
-            "imagemap" => match self.image_map(&texture.entity)? {
+            "imagemap" => match self.image_map(texture)? {
                 Some(map) => self.add_rgb(RgbTexture::Image(Arc::new(map)), span)?,
                 None => RgbInput::Constant(MAGENTA),
             },
-            kind => {
-                let message =
-                    format!("texture type \"{kind}\" (\"{name}\") is not supported: 50 % grey is used instead");
-                self.warnings.add(Some(texture.entity.span()), message);
-                RgbInput::Constant(Rgb::splat(0.5))
-            }
+            kind => match self.procedural_rgb(texture)? {
+                Some(procedural) => self.add_rgb(procedural, span)?,
+                None => {
+                    let message =
+                        format!("texture type \"{kind}\" (\"{name}\") is not supported: 50 % grey is used instead");
+                    self.warnings.add(Some(texture.entity.span()), message);
+                    RgbInput::Constant(Rgb::splat(0.5))
+                }
+            },
         };
         self.end(texture);
         self.loader.rgbs.insert(name.to_owned(), built);
@@ -169,6 +172,11 @@ impl<'a> TextureBuilder<'a> {
         let lookups = match texture {
             FloatTexture::Scale(a, b) => self.textures.float_lookups(a) + self.textures.float_lookups(b),
             FloatTexture::Image(_) => 1,
+            FloatTexture::Blend(a, b, weight) => {
+                1 + self.textures.float_lookups(a) + self.textures.float_lookups(b) + self.weight_lookups(weight)
+            }
+            FloatTexture::Bilinear(..) => 1,
+            FloatTexture::Noise(NoiseTexture { kind, .. }) => kind.lookups(),
         };
         check_lookups(lookups, span)?;
         Ok(FloatInput::Texture(self.textures.add_float(texture, lookups)))
@@ -178,9 +186,22 @@ impl<'a> TextureBuilder<'a> {
         let lookups = match texture {
             RgbTexture::Scale(a, b) => self.textures.rgb_lookups(a) + self.textures.float_lookups(b),
             RgbTexture::Image(_) => 1,
+            RgbTexture::Blend(a, b, weight) => {
+                1 + self.textures.rgb_lookups(a) + self.textures.rgb_lookups(b) + self.weight_lookups(weight)
+            }
+            RgbTexture::Bilinear(..) => 1,
+            RgbTexture::Marble(Marble { octaves, .. }) => octaves,
         };
         check_lookups(lookups, span)?;
         Ok(RgbInput::Texture(self.textures.add_rgb(texture, lookups)))
+    }
+
+    fn weight_lookups(&self, weight: Weight) -> u32 {
+        match weight {
+            Weight::Input(input) => self.textures.float_lookups(input),
+            Weight::Dots(_) => 3,
+            Weight::Direction(_) | Weight::Squares(_) | Weight::Cubes(_) => 0,
+        }
     }
 
     /// Finds a texture by name (the last one declared so) and marks it as being built.
@@ -215,8 +236,8 @@ impl<'a> TextureBuilder<'a> {
     }
 
     /// An `imagemap`; `None` where its file cannot be read (and that was warned about).
-    fn image_map(&mut self, entity: &Entity) -> Result<Option<ImageMap>> {
-        let params = &entity.params;
+    fn image_map(&mut self, texture: &TextureEntity) -> Result<Option<ImageMap>> {
+        let params = &texture.entity.params;
         let Some(file) = params.string("filename")? else {
             let message = format!("{} has no \"filename\"", params.owner);
             return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)));
@@ -238,19 +259,13 @@ impl<'a> TextureBuilder<'a> {
             Some(other) => return Err(bad_word(params, "filter", other, "point, bilinear, trilinear or EWA")),
         };
         params.warn_ignored("maxanisotropy", "it belongs to the EWA filter", self.warnings);
-        if let Some(mapping) = params.string("mapping")?.filter(|&mapping| mapping != "uv") {
-            let message = format!("texture mapping \"{mapping}\" is not supported: uv is used instead");
-            self.warnings.add(params.get("mapping").map(|p| p.span), message);
-        }
+        let mapping = self.mapping(texture)?;
         let encoding = encoding(params)?;
-        let number = |name: &str, default: f32| params.float(name, default);
-        let uv_scale = Vec2::new(number("uscale", 1.0)?, number("vscale", 1.0)?);
-        let uv_delta = Vec2::new(number("udelta", 0.0)?, number("vdelta", 0.0)?);
-        let scale = number("scale", 1.0)?;
+        let scale = params.float("scale", 1.0)?;
         let invert = params.bool("invert", false)?;
         let span = params.get("filename").map_or(params.span, |p| p.span);
         let image = self.image(file, encoding, span)?;
-        Ok(image.map(|image| ImageMap { image, wrap, filter, uv_scale, uv_delta, scale, invert }))
+        Ok(image.map(|image| ImageMap { image, wrap, filter, mapping, scale, invert }))
     }
 
     fn image(&mut self, file: &str, encoding: Encoding, span: Span) -> Result<Option<Arc<Image>>> {
@@ -298,11 +313,11 @@ fn check_lookups(lookups: u32, span: Span) -> Result<()> {
         return Ok(());
     }
     let message =
-        format!("one look-up of this texture takes {lookups} look-ups of images, at most {MOST_LOOKUPS} are made");
+        format!("one look-up of this texture takes {lookups} look-ups of others, at most {MOST_LOOKUPS} are made");
     Err(SceneError::at(span, SceneErrorKind::Limit(message)))
 }
 
-fn bad_word(params: &ParamSet, name: &str, found: &str, expected: &str) -> Box<SceneError> {
+pub(super) fn bad_word(params: &ParamSet, name: &str, found: &str, expected: &str) -> Box<SceneError> {
     params.wrong(name, &format!("{expected}, found \"{found}\""))
 }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::Vec2;
 
+use super::texture_mapping::Mapping2d;
 use crate::film::image::Image;
 use crate::math::Rgb;
 
@@ -39,10 +40,8 @@ pub struct ImageMap {
     pub wrap: Wrap,
     /// Between pixels.
     pub filter: Filter,
-    /// Texture coordinates are multiplied by this …
-    pub uv_scale: Vec2,
-    /// … and moved by this.
-    pub uv_delta: Vec2,
+    /// Where on the image a point of a surface is.
+    pub mapping: Mapping2d,
     /// Values are multiplied by this …
     pub scale: f32,
     /// … and then taken from 1.
@@ -50,9 +49,9 @@ pub struct ImageMap {
 }
 
 impl ImageMap {
-    /// The colour at `uv`, not negative; greys are repeated, alpha is left out.
-    pub fn rgb(&self, uv: Vec2) -> Rgb {
-        let value = self.filtered(uv, |texel| match *texel {
+    /// The colour at the coordinates `st`, not negative; greys are repeated, alpha is left out.
+    pub fn rgb(&self, st: Vec2) -> Rgb {
+        let value = self.filtered(st, |texel| match *texel {
             [grey] | [grey, _] => Rgb::splat(grey),
             [r, g, b, ..] => Rgb::new(r, g, b),
             [] => Rgb::BLACK,
@@ -62,9 +61,9 @@ impl ImageMap {
         value.map(|c| c.max(0.0))
     }
 
-    /// The float at `uv`, not negative: alpha where the image has it, else the mean of the channels.
-    pub fn float(&self, uv: Vec2) -> f32 {
-        let value = self.filtered(uv, |texel| {
+    /// The float at the coordinates `st`, not negative: alpha where the image has it, else the mean of the channels.
+    pub fn float(&self, st: Vec2) -> f32 {
+        let value = self.filtered(st, |texel| {
             Rgb::splat(match *texel {
                 [grey] => grey,
                 [.., alpha] if texel.len() % 2 == 0 => alpha,
@@ -77,8 +76,7 @@ impl ImageMap {
     }
 
     #[inline]
-    fn filtered(&self, uv: Vec2, read: impl Fn(&[f32]) -> Rgb) -> Rgb {
-        let st = uv * self.uv_scale + self.uv_delta;
+    fn filtered(&self, st: Vec2, read: impl Fn(&[f32]) -> Rgb) -> Rgb {
         // (0, 0) is the lower left of the texture and the upper left of the image.
         let size = Vec2::new(self.image.width as f32, self.image.height as f32);
         let p = Vec2::new(st.x, 1.0 - st.y) * size - 0.5;
@@ -120,15 +118,17 @@ impl ImageMap {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
+    use crate::material::TexturePoint;
 
     fn map(width: usize, height: usize, channels: usize, pixels: Vec<f32>) -> ImageMap {
         ImageMap {
             image: Arc::new(Image { width, height, channels, pixels }),
             wrap: Wrap::Repeat,
             filter: Filter::Bilinear,
-            uv_scale: Vec2::ONE,
-            uv_delta: Vec2::ZERO,
+            mapping: Mapping2d::IDENTITY,
             scale: 1.0,
             invert: false,
         }
@@ -165,14 +165,14 @@ mod tests {
     #[test]
     fn placement_scale_and_invert() {
         let mut map = map(4, 1, 1, vec![0.0, 0.25, 0.5, 0.75]);
-        map.uv_scale = Vec2::new(2.0, 1.0);
-        map.uv_delta = Vec2::new(0.125, 0.0);
+        map.mapping = Mapping2d::Uv { scale: Vec2::new(2.0, 1.0), delta: Vec2::new(0.125, 0.0) };
+        let st = map.mapping.at(&TexturePoint { p: Vec3::ZERO, n: Vec3::Z, uv: Vec2::new(0.25, 0.5) });
         map.filter = Filter::Point;
-        assert_eq!(map.float(Vec2::new(0.25, 0.5)), 0.5);
+        assert_eq!(map.float(st), 0.5);
         map.scale = 0.5;
         map.invert = true;
-        assert_eq!(map.float(Vec2::new(0.25, 0.5)), 0.75);
-        assert_eq!(map.rgb(Vec2::new(0.25, 0.5)), Rgb::splat(0.75));
+        assert_eq!(map.float(st), 0.75);
+        assert_eq!(map.rgb(st), Rgb::splat(0.75));
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! Materials: textures evaluated at a point give a [`Bsdf`], which is evaluated and sampled.
 //!
 //! One file an idea: `bsdf.rs` is the interface, `diffuse.rs`, `conductor.rs`, `dielectric.rs` and `layered.rs` the kinds of
-//! scattering (in the local frame), `microfacet.rs` and `fresnel.rs` what they are made of, `texture.rs` and
-//! `image_texture.rs` the inputs, `opacity.rs` alpha masks, `build.rs` and `build_texture.rs` the way from a scene file.
+//! scattering (in the local frame), `microfacet.rs` and `fresnel.rs` what they are made of, `texture.rs`,
+//! `texture_mapping.rs`, `image_texture.rs`, `procedural.rs` the inputs, `opacity.rs` alpha masks, `build.rs`, `build_texture.rs` and
+//! `build_procedural.rs` the way from a scene file.
 
 pub mod bsdf;
 pub mod build;
+mod build_procedural;
 pub mod build_texture;
 pub mod conductor;
 pub mod dielectric;
@@ -16,7 +18,9 @@ pub mod layered;
 pub mod local;
 pub mod microfacet;
 pub mod opacity;
+pub mod procedural;
 pub mod texture;
+pub mod texture_mapping;
 
 #[cfg(test)]
 mod tests;
@@ -44,6 +48,8 @@ pub struct MaterialId(pub u32);
 pub struct TexturePoint {
     /// Position in render space.
     pub p: Vec3,
+    /// Unit geometric normal, of either sign.
+    pub n: Vec3,
     /// Texture coordinates.
     pub uv: Vec2,
 }
@@ -55,8 +61,16 @@ pub struct Materials {
     /// Whether light passes through each.
     transmissive: Vec<bool>,
     textures: Textures,
-    alphas: Vec<FloatInput>,
+    alphas: Vec<Alpha>,
     loader: build_texture::Loader,
+}
+
+/// The opacity of some shapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Alpha {
+    input: FloatInput,
+    /// Whether it asks where in space it is.
+    is_spatial: bool,
 }
 
 /// A material with its inputs.
@@ -113,7 +127,7 @@ impl Materials {
     /// The scattering at `point`. `u` in [0, 1) chooses among mixed materials; `wo` points away from the surface; `seed` starts the
     /// random walks of layered materials.
     pub fn bsdf(&self, material: MaterialId, point: &SurfacePoint, _wo: Vec3, u: f32, seed: u32) -> Bsdf {
-        let at = TexturePoint { p: point.p, uv: point.uv };
+        let at = TexturePoint { p: point.p, n: point.ng, uv: point.uv };
         let frame = Frame::from_zx(point.ns, point.dpdu);
         let textures = &self.textures;
         let lobe = match self.resolve_mix(material, &at, u) {

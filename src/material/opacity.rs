@@ -12,9 +12,10 @@ impl Opacity for Materials {
     fn is_opaque(&self, geometry: &Geometry, at: &PrimitivePoint, opacity_seed: u32) -> bool {
         let shape = &geometry.shapes[at.shape.0 as usize];
         let Some(alpha) = shape.alpha.and_then(|alpha| self.alphas.get(alpha as usize)) else { return true };
-        // Alpha textures of today depend on uv alone; the position stays out until one needs it.
-        let point = TexturePoint { p: Vec3::ZERO, uv: texture_coordinates(&shape.kind, at.primitive, at.uv) };
-        let alpha = alpha.evaluate(&self.textures, &point);
+        // A pattern in space stays with a moving object: it is that of the place where the object starts.
+        let (p, n) = if alpha.is_spatial { geometry.place(at) } else { (Vec3::ZERO, Vec3::Z) };
+        let uv = texture_coordinates(&shape.kind, at.primitive, at.uv);
+        let alpha = alpha.input.evaluate(&self.textures, &TexturePoint { p, n, uv });
         if alpha >= 1.0 {
             return true;
         }
@@ -62,6 +63,6 @@ fn texture_coordinates(kind: &ShapeKind, primitive: u32, uv: [f32; 2]) -> Vec2 {
             let [a, b, c, d] = mesh.indices[primitive as usize].map(|i| mesh.uvs[i as usize]);
             a.lerp(b, u).lerp(c.lerp(d, u), v)
         }
-        ShapeKind::Sphere(_) | ShapeKind::Disk(_) | ShapeKind::Curves(_) => Vec2::new(u, v),
+        ShapeKind::Sphere(_) | ShapeKind::Disk(_) | ShapeKind::Cylinder(_) | ShapeKind::Curves(_) => Vec2::new(u, v),
     }
 }

@@ -7,6 +7,8 @@ use std::sync::Arc;
 
 use super::TexturePoint;
 use super::image_texture::ImageMap;
+use super::procedural::{Marble, NoiseTexture, Weight};
+use super::texture_mapping::Mapping2d;
 use crate::math::Rgb;
 
 /// A float texture, by its place in [`Textures`].
@@ -42,6 +44,12 @@ pub enum FloatTexture {
     Scale(FloatInput, FloatInput),
     /// An image; of several channels: alpha where there is one, else their mean.
     Image(Arc<ImageMap>),
+    /// One input, and as much of another as the weight says.
+    Blend(FloatInput, FloatInput, Weight),
+    /// Linear between its values at (0, 0), (1, 0), (0, 1) and (1, 1).
+    Bilinear(Mapping2d, [f32; 4]),
+    /// Sums of noise.
+    Noise(NoiseTexture),
 }
 
 /// Textures of colours: reflectances and other coefficients.
@@ -51,6 +59,12 @@ pub enum RgbTexture {
     Scale(RgbInput, FloatInput),
     /// An image.
     Image(Arc<ImageMap>),
+    /// One input, and as much of another as the weight says.
+    Blend(RgbInput, RgbInput, Weight),
+    /// Linear between its values at (0, 0), (1, 0), (0, 1) and (1, 1).
+    Bilinear(Mapping2d, [Rgb; 4]),
+    /// Veins.
+    Marble(Marble),
 }
 
 /// All textures in use.
@@ -116,14 +130,55 @@ impl Textures {
     fn float(&self, id: FloatTextureId, point: &TexturePoint) -> f32 {
         match &self.floats[id.0 as usize].0 {
             FloatTexture::Scale(texture, scale) => texture.evaluate(self, point) * scale.evaluate(self, point),
-            FloatTexture::Image(map) => map.float(point.uv),
+            FloatTexture::Image(map) => map.float(map.mapping.at(point)),
+            FloatTexture::Blend(a, b, weight) => match weight.at(self, point) {
+                0.0 => a.evaluate(self, point),
+                1.0 => b.evaluate(self, point),
+                w => (1.0 - w) * a.evaluate(self, point) + w * b.evaluate(self, point),
+            },
+            FloatTexture::Bilinear(mapping, [a, b, c, d]) => {
+                let st = mapping.at(point);
+                let row = |a: f32, b: f32| (1.0 - st.x) * a + st.x * b;
+                (1.0 - st.y) * row(*a, *b) + st.y * row(*c, *d)
+            }
+            FloatTexture::Noise(noise) => noise.at(point),
         }
     }
 
     fn rgb(&self, id: RgbTextureId, point: &TexturePoint) -> Rgb {
         match &self.rgbs[id.0 as usize].0 {
             RgbTexture::Scale(texture, scale) => texture.evaluate(self, point) * scale.evaluate(self, point),
-            RgbTexture::Image(map) => map.rgb(point.uv),
+            RgbTexture::Image(map) => map.rgb(map.mapping.at(point)),
+            RgbTexture::Blend(a, b, weight) => match weight.at(self, point) {
+                0.0 => a.evaluate(self, point),
+                1.0 => b.evaluate(self, point),
+                w => a.evaluate(self, point) * (1.0 - w) + b.evaluate(self, point) * w,
+            },
+            RgbTexture::Bilinear(mapping, [a, b, c, d]) => {
+                let st = mapping.at(point);
+                a.lerp(*b, st.x).lerp(c.lerp(*d, st.x), st.y)
+            }
+            RgbTexture::Marble(marble) => marble.at(point),
+        }
+    }
+
+    /// Whether `input` depends on more than the surface's own coordinates.
+    pub fn is_spatial(&self, input: FloatInput) -> bool {
+        let over = |mapping: &Mapping2d| !matches!(mapping, Mapping2d::Uv { .. });
+        let FloatInput::Texture(id) = input else { return false };
+        match &self.floats[id.0 as usize].0 {
+            FloatTexture::Scale(a, b) => self.is_spatial(*a) || self.is_spatial(*b),
+            FloatTexture::Image(map) => over(&map.mapping),
+            FloatTexture::Bilinear(mapping, _) => over(mapping),
+            FloatTexture::Noise(_) => true,
+            FloatTexture::Blend(a, b, weight) => {
+                let weighed = match weight {
+                    Weight::Input(amount) => self.is_spatial(*amount),
+                    Weight::Squares(mapping) | Weight::Dots(mapping) => over(mapping),
+                    Weight::Direction(_) | Weight::Cubes(_) => true,
+                };
+                weighed || self.is_spatial(*a) || self.is_spatial(*b)
+            }
         }
     }
 

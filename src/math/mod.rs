@@ -2,7 +2,9 @@
 //! robust floating-point arithmetic. Nothing here knows about scenes.
 
 pub mod alias;
+pub mod equal_area;
 pub mod frame;
+pub mod noise;
 pub mod phase;
 pub mod piecewise;
 pub mod rgb;

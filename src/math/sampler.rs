@@ -48,6 +48,8 @@ pub enum Dimension {
     InScatter = 10,
     /// Emission along a ray that nothing but the ray finds: where its points lie (1); seeds a stream too.
     Glow = 11,
+    /// The sign of a filter with negative lobes (1).
+    Filter = 12,
 }
 
 const DIMENSIONS_PER_VERTEX: u32 = 16;

@@ -1,6 +1,8 @@
-//! From a scene's `MakeNamedMedium` to a [`Medium`]: pbrt-v4's `homogeneous`, `uniformgrid` and `rgbgrid` with its defaults
+//! From a scene's `MakeNamedMedium` to a [`Medium`]: pbrt-v4's `homogeneous`, `uniformgrid`, `rgbgrid`, `cloud` and `nanovdb` with its defaults
 //! (pbrt-v4's file format documentation and section 11.4), and this renderer's `openvdb`.
 
+mod cloud;
+mod nanovdb;
 mod openvdb;
 mod uniform;
 
@@ -37,15 +39,13 @@ pub fn build_medium(
         "uniformgrid" => uniform::uniform_grid(params, render_from_medium, strict, warnings)?,
         "rgbgrid" => uniform::rgb_grid(params, render_from_medium, strict, warnings)?,
         "openvdb" => openvdb::openvdb(params, render_from_medium, scene, strict, warnings)?,
-        kind @ ("cloud" | "nanovdb") => {
-            let message = format!("medium type \"{kind}\" is not supported yet");
-            return Err(SceneError::at(params.span, SceneErrorKind::Unsupported(message))
-                .help("supported are \"homogeneous\", \"uniformgrid\", \"rgbgrid\" and \"openvdb\""));
-        }
+        "cloud" => cloud::cloud(params, render_from_medium, warnings)?,
+        "nanovdb" => nanovdb::nanovdb(params, render_from_medium, scene, strict, warnings)?,
         other => {
             let message = format!("\"{other}\" is not a type of medium");
-            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message))
-                .help("media are \"homogeneous\", \"uniformgrid\", \"rgbgrid\" and \"openvdb\""));
+            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)).help(
+                "media are \"homogeneous\", \"uniformgrid\", \"rgbgrid\", \"cloud\", \"nanovdb\" and \"openvdb\"",
+            ));
         }
     };
     params.warn_unused(warnings);

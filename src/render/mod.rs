@@ -5,6 +5,7 @@
 //! number of threads.
 
 pub mod build;
+mod gbuffer;
 pub mod memory;
 pub mod mixing;
 mod pass;

@@ -10,7 +10,7 @@ use super::Job;
 use super::mixing::{Mixing, PixelEvidence, TileMix};
 use super::progress::Tracking;
 use super::splitting::{PixelSplitting, Split, Splitting, TileSplitting};
-use crate::film::{Film, FilmTile, PixelSamples, SampleResult};
+use crate::film::{Film, FilmTile, FilterSample, PixelSamples, SampleResult};
 use crate::geometry::Ray;
 use crate::integrator::{Counters, Scratch, trace_path, view_ray};
 use crate::math::Rgb;
@@ -48,6 +48,18 @@ pub(super) struct Pass<'a> {
     pub tracking: &'a Tracking<'a>,
     /// Whether what earlier passes found has a say in its paths.
     pub learns: bool,
+}
+
+/// Where a camera ray begins.
+pub(super) struct CameraSample {
+    /// In pixels of the full image.
+    pub film: Vec2,
+    /// In the unit square.
+    pub lens: [f32; 2],
+    /// From 0 to 1 while the shutter is open.
+    pub u_time: f32,
+    /// What it counts in the pixel.
+    pub weight: f32,
 }
 
 /// Sets the numbers of rays that are split off apart from those of paths.
@@ -107,15 +119,17 @@ impl Pass<'_> {
 
     /// The ray from the camera that goes with these random numbers.
     #[inline]
-    fn camera_ray(&self, [x, y]: [u32; 2], random: &SamplePoint) -> Ray {
+    fn camera_ray(&self, [x, y]: [u32; 2], random: &SamplePoint) -> (Ray, CameraSample) {
         let [jitter_x, jitter_y, lens_u, lens_v] = random.draw::<4>(0, Dimension::Camera);
         let [u_time] = random.draw::<1>(0, Dimension::Time);
         let centre = Vec2::new(x as f32, y as f32) + Vec2::splat(0.5);
-        let position = centre + self.job.film.filter.sample([jitter_x, jitter_y]);
-        self.job.camera.ray(position, [lens_u, lens_v], u_time)
+        let u_lobe = || random.draw::<1>(0, Dimension::Filter)[0];
+        let FilterSample { offset, weight } = self.job.film.filter.sample([jitter_x, jitter_y], u_lobe);
+        let sample = CameraSample { film: centre + offset, lens: [lens_u, lens_v], u_time, weight };
+        (self.job.camera.ray(sample.film, sample.lens, u_time), sample)
     }
 
-    /// One sample of a pixel.
+    /// One sample of a pixel, and what it counts there: 1 unless the filter has negative lobes.
     #[inline]
     pub fn sample<const MEDIA: bool>(
         &self,
@@ -123,23 +137,30 @@ impl Pass<'_> {
         sample: u32,
         splitting: &mut PixelSplitting,
         scratch: &mut Scratch,
-    ) -> SampleResult {
+    ) -> (SampleResult, f32) {
         let job = self.job;
         let [camera, random] = self.sample_ids(pixel, sample).map(|id| self.point(id));
-        let ray = self.camera_ray(pixel, &camera);
+        let (ray, camera) = self.camera_ray(pixel, &camera);
+        let weight = camera.weight;
         let seen = |seen, scratch: &mut Scratch| {
             splitting.saw(seen);
-            if splitting.split.rays == 0 { seen } else { self.split::<MEDIA>(pixel, sample, splitting, seen, scratch) }
+            if splitting.split.rays == 0 {
+                return seen;
+            }
+            // The weight of all that the path brings is still to come.
+            self.split::<MEDIA>(pixel, sample, splitting, seen * weight, scratch) * weight.recip()
         };
-        let result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch, seen);
+        let mut result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch, seen);
+        let surface = job.film.gbuffer.zip(result.surface);
+        result.surface = surface.map(|(coordinates, surface)| job.in_coordinates(coordinates, &surface, &ray, &camera));
         if sample == 0 && result.emission.is_black() {
             splitting.brought(result.beauty);
         }
-        result
+        (result, weight)
     }
 
-    /// What shines straight into the camera, by what a path's own camera ray has seen and as many others as `splitting` asks for. Those of a pixel are
-    /// points of one sequence in a pass.
+    /// What shines straight into the camera and counts in the pixel, by what a path's own camera ray has seen and as many others as `splitting` asks
+    /// for. Those of a pixel are points of one sequence in a pass.
     fn split<const MEDIA: bool>(
         &self,
         pixel: [u32; 2],
@@ -157,12 +178,12 @@ impl Pass<'_> {
         for number in 0..rays {
             let sample = first.wrapping_add(number);
             let random = self.point(SampleId { seed, pixel, sample });
-            let ray = self.camera_ray(pixel, &random);
+            let (ray, CameraSample { weight, .. }) = self.camera_ray(pixel, &random);
             let seen = view_ray::seen::<MEDIA>(&self.job.world, ray, &random, scratch);
             if self.samples.start == 0 {
                 splitting.saw(seen);
             }
-            mean += (seen - mean) * (1.0 / (number + 2) as f32);
+            mean += (seen * weight - mean) * (1.0 / (number + 2) as f32);
         }
         own + (mean - own) * beta
     }
@@ -184,8 +205,8 @@ impl Pass<'_> {
             if self.interrupt.load(Ordering::Relaxed) {
                 break;
             }
-            let result = self.sample::<MEDIA>(pixel, sample, &mut splitting, scratch);
-            samples.add(sample, &result);
+            let (result, weight) = self.sample::<MEDIA>(pixel, sample, &mut splitting, scratch);
+            samples.add_weighted(sample, &result, weight);
             if MEDIA && scratch.in_scatter.is_on() {
                 evidence.add(&result, scratch);
             }

@@ -148,7 +148,7 @@ impl Pass<'_> {
             self.sample::<MEDIA>(pixel, before, &mut splitting, &mut scratch);
         }
         scratch.record = Some(Box::default());
-        let result = self.sample::<MEDIA>(pixel, sample, &mut splitting, &mut scratch);
+        let (result, _) = self.sample::<MEDIA>(pixel, sample, &mut splitting, &mut scratch);
         (result, scratch.record.map(|record| *record).unwrap_or_default())
     }
 }

@@ -190,13 +190,15 @@ impl SceneDescription {
             .chain(self.lights.iter().map(|light| &light.entity))
             .chain(&self.area_lights)
             .chain(self.textures.iter().map(|texture| &texture.entity))
-            .chain(self.media.iter().map(|medium| &medium.entity));
-        entities.flat_map(|entity| entity.params.iter()).filter(|param| param.name == "filename").filter_map(|param| {
-            match &param.value {
+            .chain(self.media.iter().map(|medium| &medium.entity))
+            .chain([&self.camera]);
+        entities
+            .flat_map(|entity| entity.params.iter())
+            .filter(|param| matches!(param.name.as_str(), "filename" | "lensfile"))
+            .filter_map(|param| match &param.value {
                 ParamValue::String(names) => names.first().map(|name| self.resolve(name)),
                 _ => None,
-            }
-        })
+            })
     }
 
     /// The position of the camera in world space at the interval's start.

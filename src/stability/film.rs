@@ -42,7 +42,8 @@ const COUNT: u32 = 1 << 20;
 fn film() -> Film {
     let bounds = PixelBounds::full(1, 1);
     let filter = PixelFilter::Box { radius: glam::Vec2::splat(0.5) };
-    Film::new(FilmSettings { resolution: [1, 1], bounds, filename: None, sensor: Sensor::default(), filter }, true)
+    let sensor = Sensor::default();
+    Film::new(FilmSettings { resolution: [1, 1], bounds, filename: None, sensor, filter, gbuffer: None }, true)
 }
 
 /// Pseudo-random whole numbers below 2^24, which f32 holds.

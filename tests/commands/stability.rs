@@ -132,7 +132,8 @@ fn with_one(trial: &mut Trial, bad: f32) -> Result<(), Stop> {
     trial.equal("what is well", 1.0, 1.0, 0.0, "itself");
     let filter = PixelFilter::Box { radius: glam::Vec2::splat(0.5) };
     let bounds = PixelBounds::full(4, 4);
-    let settings = FilmSettings { resolution: [4, 4], bounds, filename: None, sensor: Sensor::default(), filter };
+    let settings =
+        FilmSettings { resolution: [4, 4], bounds, filename: None, sensor: Sensor::default(), filter, gbuffer: None };
     let mut film = Film::new(settings, true);
     let mut samples = PixelSamples::new(Sensor::default());
     samples.add(0, &SampleResult::default());

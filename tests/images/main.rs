@@ -7,6 +7,7 @@ mod common;
 
 mod analytic;
 mod backends;
+mod cameras;
 mod consistency;
 mod determinism;
 mod furnace;

@@ -37,7 +37,7 @@ impl Facts {
             Part { name, is_built, reason }
         };
         let curves = has(|kind| matches!(kind, ShapeKind::Curves(_)));
-        let round = has(|kind| matches!(kind, ShapeKind::Sphere(_) | ShapeKind::Disk(_)));
+        let round = has(|kind| matches!(kind, ShapeKind::Sphere(_) | ShapeKind::Disk(_) | ShapeKind::Cylinder(_)));
         let systems = &job.plan.systems;
         let mut parts: Vec<Part> = systems
             .iter()

@@ -1,12 +1,13 @@
-//! `trianglemesh`, `bilinearmesh` and `plymesh`.
+//! `trianglemesh`, `bilinearmesh`, `plymesh` and `loopsubdiv`.
 
 use std::path::PathBuf;
 
-use glam::Vec2;
+use glam::{DVec3, Vec2, Vec3};
 
 use super::super::{ShapeKind, shape::BilinearMesh, shape::TriangleMesh};
+use super::loop_subdivision::subdivide;
 use super::{Kinds, Placement, Result};
-use crate::scene::{ParamSet, SceneError};
+use crate::scene::{ParamSet, SceneError, SceneErrorKind};
 
 /// Vertex attributes as stated.
 struct Vertices<'a> {
@@ -102,6 +103,35 @@ pub(super) fn bilinear_mesh(params: &ParamSet, placement: &Placement) -> Result<
     placement.check_counts(params, &vertices)?;
     let indices = placement.groups::<4>(params, vertices.positions.len())?;
     Ok(vec![placement.patches(params, &vertices, indices)?])
+}
+
+/// The most faces that a subdivision surface may come to: with its normals, some 5 GiB.
+const MOST_FACES: u64 = 1 << 26;
+
+/// A subdivision surface, as the triangles and normals it has after "levels".
+pub(super) fn loop_subdivision(params: &ParamSet, placement: &Placement) -> Result<Kinds> {
+    let points = params.vec3s("P")?;
+    let control = Vertices { positions: points, normals: &[], uvs: &[] };
+    if let Some(error) = no_points(params, placement, &control) {
+        return Err(error);
+    }
+    let levels = match params.integer("levels", 3)? {
+        levels @ 0..=12 => levels as u32,
+        _ => return Err(params.wrong("levels", "from 0 to 12")),
+    };
+    let faces = placement.groups::<3>(params, points.len())?;
+    if (faces.len() as u64) << (2 * levels) > MOST_FACES {
+        let what = format!("{} faces at {levels} levels come to more than {MOST_FACES} triangles", faces.len());
+        return Err(SceneError::at(params.span, SceneErrorKind::Limit(what)).help("ask for fewer \"levels\""));
+    }
+    // Before anything is computed with them: whether they are finite.
+    placement.points(params, "P", points)?;
+    let control = points.iter().map(|p| Vec3::from_array(*p).as_dvec3()).collect();
+    let surface = subdivide(control, faces, levels).map_err(|what| placement.error(params, what))?;
+    let single = |list: &[DVec3]| -> Vec<[f32; 3]> { list.iter().map(|v| v.as_vec3().to_array()).collect() };
+    let (positions, normals) = (single(&surface.positions), single(&surface.normals));
+    let vertices = Vertices { positions: &positions, normals: &normals, uvs: &[] };
+    Ok(vec![placement.triangles(params, &vertices, surface.faces)?])
 }
 
 /// A PLY file's triangles, and its quads as bilinear patches: a face's vertices go around, a patch's in rows.

@@ -2,6 +2,7 @@
 //! Source: pbrt-v4's file format for names, defaults and conventions.
 
 mod curves;
+mod loop_subdivision;
 mod meshes;
 mod quadrics;
 #[cfg(test)]
@@ -59,9 +60,11 @@ pub fn build_shape(
     let kinds = match entity.entity.kind.as_str() {
         "trianglemesh" => meshes::triangle_mesh(params, &placement)?,
         "plymesh" => meshes::ply_mesh(params, &placement, base)?,
+        "loopsubdiv" => meshes::loop_subdivision(params, &placement)?,
         "bilinearmesh" => meshes::bilinear_mesh(params, &placement)?,
         "sphere" => vec![quadrics::sphere(params, &placement)?],
         "disk" => vec![quadrics::disk(params, &placement)?],
+        "cylinder" => vec![quadrics::cylinder(params, &placement)?],
         "curve" => vec![curves::curve(params, &placement, warnings)?],
         other => {
             warnings.add(Some(params.span), format!("shapes of type \"{other}\" are not supported; it is left out"));

@@ -1,10 +1,10 @@
-//! `sphere` and `disk`.
+//! `sphere`, `disk` and `cylinder`.
 
 use std::f32::consts::TAU;
 
 use glam::{Affine3A, DAffine3, DMat3};
 
-use super::super::{ShapeKind, affine, shape::Disk, shape::Sphere};
+use super::super::{ShapeKind, affine, shape::Cylinder, shape::Disk, shape::Sphere};
 use super::{Placement, Result};
 use crate::scene::ParamSet;
 
@@ -63,4 +63,16 @@ pub(super) fn disk(params: &ParamSet, placement: &Placement) -> Result<ShapeKind
     let phi_max = placement.phi_max(params)?;
     let (to_shape, inverse) = placement.both_ways(params)?;
     Ok(ShapeKind::Disk(Disk { height, radius, inner_radius, phi_max, to_shape, inverse }))
+}
+
+pub(super) fn cylinder(params: &ParamSet, placement: &Placement) -> Result<ShapeKind> {
+    let radius = params.positive("radius", 1.0)?;
+    let (a, b) = (params.float("zmin", -1.0)?, params.float("zmax", 1.0)?);
+    let (z_min, z_max) = (a.min(b), a.max(b));
+    if !(z_min.is_finite() && z_max.is_finite() && z_min < z_max) {
+        return Err(placement.error(params, format!("nothing lies between \"zmin\" {a} and \"zmax\" {b}")));
+    }
+    let phi_max = placement.phi_max(params)?;
+    let (to_shape, inverse) = placement.both_ways(params)?;
+    Ok(ShapeKind::Cylinder(Cylinder { radius, z_min, z_max, phi_max, to_shape, inverse }))
 }

@@ -76,6 +76,17 @@ fn what_is_wrong_is_an_error_that_says_so() {
         ("sphere", vec![("phimax", floats(-3.0))], "\"phimax\""),
         ("disk", vec![("innerradius", floats(1.0))], "\"innerradius\""),
         ("disk", vec![("height", floats(f32::INFINITY))], "\"height\""),
+        ("cylinder", vec![("zmin", floats(2.0)), ("zmax", floats(2.0))], "nothing lies between"),
+        ("cylinder", vec![("radius", floats(-1.0))], "must be above 0"),
+        ("loopsubdiv", vec![], "\"P\" is missing"),
+        ("loopsubdiv", vec![("P", points(3)), ("levels", ints(&[13]))], "from 0 to 12"),
+        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 1]))], "uses a point twice"),
+        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 2].repeat(2)))], "as another face does"),
+        (
+            "loopsubdiv",
+            vec![("P", points(3)), ("indices", ints(&[0, 1, 2].repeat(64))), ("levels", ints(&[12]))],
+            "come to more than",
+        ),
         ("curve", vec![("P", points(5))], "found 5"),
         ("curve", vec![("P", points(0))], "found 0"),
         ("curve", vec![("P", points(4)), ("degree", ParamValue::Integer(vec![4]))], "\"degree\" must be 2 or 3"),
@@ -102,9 +113,9 @@ fn flat_transforms_are_refused_only_where_they_must_be() {
 
 #[test]
 fn unknown_shapes_and_unused_parameters_are_named() {
-    let (shapes, warnings) = build_in(&entity("loopsubdiv", vec![]), DAffine3::IDENTITY);
+    let (shapes, warnings) = build_in(&entity("hyperboloid", vec![]), DAffine3::IDENTITY);
     assert!(shapes.unwrap().is_empty());
-    assert!(warnings.list()[0].message.contains("loopsubdiv"));
+    assert!(warnings.list()[0].message.contains("hyperboloid"));
     let params = vec![("alpha", floats(0.5)), ("radios", floats(2.0))];
     let (shapes, warnings) = build_in(&entity("sphere", params), DAffine3::IDENTITY);
     assert_eq!(shapes.unwrap().len(), 1);

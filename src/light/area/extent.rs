@@ -6,10 +6,10 @@ use super::{EmitterBounds, normal_to_render};
 use crate::geometry::sampling::{
     area_scale, patch_area_vector, patch_corners, similarity_scale, triangle_area_vector, triangle_corners,
 };
-use crate::geometry::shape::{Disk, Sphere};
+use crate::geometry::shape::{Cylinder, Disk, Sphere};
 use crate::geometry::{MotionTransform, Shape, ShapeKind};
 
-/// The area of `shape` (not a curve) under `to_render`. Exact but for curved patches and stretched spheres (midpoint rule).
+/// The area of `shape` (not a curve) under `to_render`. Exact but for curved patches and stretched spheres and cylinders (midpoint rule).
 pub fn area(shape: &Shape, to_render: Option<&Affine3A>) -> f32 {
     let place = |p: Vec3| to_render.map_or(p, |m| m.transform_point3(p));
     let all = |to_shape: &Affine3A| to_render.map_or(*to_shape, |m| *m * *to_shape);
@@ -31,6 +31,7 @@ pub fn area(shape: &Shape, to_render: Option<&Affine3A>) -> f32 {
             })
             .sum(),
         ShapeKind::Sphere(sphere) => f64::from(sphere_area(sphere, &all(&sphere.to_shape))),
+        ShapeKind::Cylinder(cylinder) => f64::from(cylinder_area(cylinder, &all(&cylinder.to_shape))),
         ShapeKind::Disk(disk) => {
             let to_render = all(&disk.to_shape);
             let scale = normal_to_render(&to_render, Vec3::Z).map_or(0.0, |n| area_scale(&to_render.matrix3, n));
@@ -47,17 +48,32 @@ fn sphere_area(sphere: &Sphere, to_render: &Affine3A) -> f32 {
     if let Some(scale) = similarity_scale(&to_render.matrix3) {
         return own * scale * scale;
     }
-    // |cof(M) n| averaged over the part's normals, evenly by z and φ.
+    own * mean_scale(to_render, |u, v| {
+        let z = (sphere.z_min + (sphere.z_max - sphere.z_min) * v) / sphere.radius;
+        let ring = (1.0 - z * z).max(0.0).sqrt();
+        let (sin, cos) = (sphere.phi_max * u).sin_cos();
+        Vec3::new(ring * cos, ring * sin, z)
+    })
+}
+
+fn cylinder_area(cylinder: &Cylinder, to_render: &Affine3A) -> f32 {
+    let own = cylinder.phi_max * cylinder.radius * (cylinder.z_max - cylinder.z_min);
+    if let Some(scale) = similarity_scale(&to_render.matrix3) {
+        return own * scale * scale;
+    }
+    own * mean_scale(to_render, |u, _| {
+        let (sin, cos) = (cylinder.phi_max * u).sin_cos();
+        Vec3::new(cos, sin, 0.0)
+    })
+}
+
+/// By how much areas grow, |cof(M) n| averaged over the unit normals of parameters that are drawn evenly.
+fn mean_scale(to_render: &Affine3A, normal: impl Fn(f32, f32) -> Vec3) -> f32 {
     const STEPS: u32 = 48;
     let cofactor = to_render.matrix3.inverse().transpose() * to_render.matrix3.determinant();
-    let element = |k: u32| {
-        let middle = |k: u32| (k as f32 + 0.5) / STEPS as f32;
-        let z = (sphere.z_min + (sphere.z_max - sphere.z_min) * middle(k % STEPS)) / sphere.radius;
-        let phi = sphere.phi_max * middle(k / STEPS);
-        let ring = (1.0 - z * z).max(0.0).sqrt();
-        f64::from((cofactor * Vec3::new(ring * phi.cos(), ring * phi.sin(), z)).length())
-    };
-    own * ((0..STEPS * STEPS).map(element).sum::<f64>() / f64::from(STEPS * STEPS)) as f32
+    let middle = |k: u32| (k as f32 + 0.5) / STEPS as f32;
+    let element = |k: u32| f64::from((cofactor * normal(middle(k / STEPS), middle(k % STEPS))).length());
+    ((0..STEPS * STEPS).map(element).sum::<f64>() / f64::from(STEPS * STEPS)) as f32
 }
 
 /// Bounds of `shape` wherever `transform` takes it.
@@ -108,16 +124,24 @@ fn for_each_ball(shape: &Shape, to_render: Option<&Affine3A>, visit: &mut dyn Fn
             visit(m.translation.into(), radius * stretch);
         }
         ShapeKind::Disk(Disk { radius, height, to_shape, .. }) => {
-            // The corners of a polygon around the circle.
-            const CORNERS: u32 = 16;
-            let circumscribed = radius / (std::f32::consts::PI / CORNERS as f32).cos();
-            for k in 0..CORNERS {
-                let phi = std::f32::consts::TAU * k as f32 / CORNERS as f32;
-                let corner = Vec3::new(circumscribed * phi.cos(), circumscribed * phi.sin(), *height);
-                visit(place(to_shape.transform_point3(corner)), 0.0);
+            for_each_corner(*radius, *height, &mut |corner| visit(place(to_shape.transform_point3(corner)), 0.0));
+        }
+        ShapeKind::Cylinder(Cylinder { radius, z_min, z_max, to_shape, .. }) => {
+            for z in [z_min, z_max] {
+                for_each_corner(*radius, *z, &mut |corner| visit(place(to_shape.transform_point3(corner)), 0.0));
             }
         }
         ShapeKind::Curves(curves) => curves.control_points.iter().flatten().for_each(|&p| visit(place(p), 0.0)),
+    }
+}
+
+/// The corners of a polygon around a circle about the z axis.
+fn for_each_corner(radius: f32, z: f32, visit: &mut dyn FnMut(Vec3)) {
+    const CORNERS: u32 = 16;
+    let circumscribed = radius / (std::f32::consts::PI / CORNERS as f32).cos();
+    for k in 0..CORNERS {
+        let phi = std::f32::consts::TAU * k as f32 / CORNERS as f32;
+        visit(Vec3::new(circumscribed * phi.cos(), circumscribed * phi.sin(), z));
     }
 }
 
@@ -158,7 +182,7 @@ fn for_each_normal(shape: &Shape, visit: &mut dyn FnMut(Vec3)) -> Option<()> {
         ShapeKind::Disk(disk) => {
             visit(disk.normal() * sign);
         }
-        ShapeKind::Sphere(_) | ShapeKind::Curves(_) => return None,
+        ShapeKind::Sphere(_) | ShapeKind::Cylinder(_) | ShapeKind::Curves(_) => return None,
     }
     Some(())
 }

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::*;
 use crate::geometry::sampling::{patch_area_vector, patch_corners};
+use crate::geometry::shape::Cylinder;
 use crate::geometry::{Instance, MotionTransform, Prototype};
 use crate::math::frame::Frame;
 use crate::math::transform::Decomposed;
@@ -38,6 +39,10 @@ fn point_at(kind: &ShapeKind, primitive: u32, [u, v]: [f32; 2]) -> Vec3 {
         ShapeKind::Disk(d) => {
             let (r, phi) = (d.radius + (d.inner_radius - d.radius) * v, u * d.phi_max);
             d.to_shape.transform_point3(Vec3::new(r * phi.cos(), r * phi.sin(), d.height))
+        }
+        ShapeKind::Cylinder(c) => {
+            let (sin, cos) = (u * c.phi_max).sin_cos();
+            c.to_shape.transform_point3(Vec3::new(c.radius * cos, c.radius * sin, c.z_min + (c.z_max - c.z_min) * v))
         }
         ShapeKind::Curves(_) => unreachable!("curves are not sampled"),
     }
@@ -113,7 +118,10 @@ fn points_on_shapes_follow_their_area_density() {
     check_area_density(stretched_sphere(turned(), 0.7), "ellipsoid", 7);
     let ShapeKind::Sphere(mut part) = stretched_sphere(turned(), 0.7) else { unreachable!() };
     (part.z_min, part.z_max, part.phi_max) = (-0.6, 0.2, 5.0);
+    let Sphere { to_shape, inverse, .. } = part;
     check_area_density(ShapeKind::Sphere(part), "part of an ellipsoid", 8);
+    let cylinder = Cylinder { radius: 0.5, z_min: -1.0, z_max: 0.4, phi_max: 5.0, to_shape, inverse };
+    check_area_density(ShapeKind::Cylinder(cylinder), "part of a stretched cylinder", 9);
 }
 
 #[test]

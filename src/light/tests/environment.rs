@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use glam::Mat3;
 
-use super::super::environment::{Layout, equal_area_sphere_to_square, equal_area_square_to_sphere};
+use super::super::environment::Layout;
 use super::*;
+use crate::math::equal_area::{equal_area_sphere_to_square, equal_area_square_to_sphere};
 use crate::math::warp::uniform_sphere;
 
 /// An image of noise with a sun `peak` times as bright, and a black stretch.

@@ -17,15 +17,15 @@ use crate::scene::{
 
 const SPAN: Span = Span { file: FileId(0), line: 1, column: 1, length: 1 };
 
-fn params(list: Vec<(&str, ParamValue)>) -> ParamSet {
+pub(super) fn params(list: Vec<(&str, ParamValue)>) -> ParamSet {
     ParamSet::new("Test", SPAN, list.into_iter().map(|(name, value)| Param::new(name, "t", value, SPAN)).collect())
 }
 
-fn entity(kind: &str, list: Vec<(&str, ParamValue)>) -> Entity {
+pub(super) fn entity(kind: &str, list: Vec<(&str, ParamValue)>) -> Entity {
     Entity { kind: kind.into(), params: params(list) }
 }
 
-fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>, base: PathBuf) -> SceneDescription {
+pub(super) fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>, base: PathBuf) -> SceneDescription {
     let fixed = Animated::fixed(DMat4::IDENTITY);
     SceneDescription {
         base,
@@ -51,20 +51,20 @@ fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>, base: Pat
     }
 }
 
-fn material(name: &str, kind: &str, list: Vec<(&str, ParamValue)>) -> MaterialEntity {
+pub(super) fn material(name: &str, kind: &str, list: Vec<(&str, ParamValue)>) -> MaterialEntity {
     MaterialEntity { name: Some(name.into()), entity: entity(kind, list) }
 }
 
-fn texture(name: &str, is_spectrum: bool, kind: &str, list: Vec<(&str, ParamValue)>) -> TextureEntity {
+pub(super) fn texture(name: &str, is_spectrum: bool, kind: &str, list: Vec<(&str, ParamValue)>) -> TextureEntity {
     let transform = Animated::fixed(DMat4::IDENTITY);
     TextureEntity { name: name.into(), is_spectrum, entity: entity(kind, list), transform }
 }
 
-fn floats(value: f32) -> ParamValue {
+pub(super) fn floats(value: f32) -> ParamValue {
     ParamValue::Float(vec![value])
 }
 
-fn string(value: &str) -> ParamValue {
+pub(super) fn string(value: &str) -> ParamValue {
     ParamValue::String(vec![value.into()])
 }
 
@@ -72,7 +72,7 @@ fn names(values: [&str; 2]) -> ParamValue {
     ParamValue::String(values.map(String::from).to_vec())
 }
 
-fn point(uv: Vec2) -> SurfacePoint {
+pub(super) fn point(uv: Vec2) -> SurfacePoint {
     SurfacePoint {
         p: Vec3::ZERO,
         p_error: Vec3::ZERO,
@@ -90,7 +90,7 @@ fn albedo(materials: &Materials, id: u32, u: f32) -> Rgb {
     materials.bsdf(MaterialId(id), &point(Vec2::splat(0.5)), Vec3::Z, u, 0).albedo(Vec3::Z)
 }
 
-fn build(scene: &SceneDescription) -> (Materials, Warnings) {
+pub(super) fn build(scene: &SceneDescription) -> (Materials, Warnings) {
     let mut warnings = Warnings::default();
     let materials = Materials::build(scene, false, &mut warnings).unwrap();
     (materials, warnings)
@@ -181,7 +181,7 @@ fn textures_are_shared_scaled_and_loaded_once() {
         texture("half", false, "constant", vec![("value", floats(0.5))]),
         texture("scaled", true, "scale", vec![("tex", named("image")), ("scale", named("half"))]),
         texture("unused", true, "imagemap", vec![("filename", string("not there.png"))]),
-        texture("marble", true, "marble", vec![]),
+        texture("marble", true, "ptex", vec![]),
     ];
     let with = |name: &str| material(name, "diffuse", vec![("reflectance", named(name))]);
     let list = vec![with("image"), with("again"), with("scaled"), with("marble"), with("image")];

@@ -3,6 +3,7 @@
 mod build;
 mod energy;
 mod sampling;
+mod textures;
 
 use glam::Vec3;
 

@@ -15,7 +15,7 @@ use crate::medium::grid::{GridMedium, GridMediumParts};
 use crate::scene::{ParamSet, ParamValue, SceneError, SceneErrorKind, Warnings};
 
 /// Where the samples of a dense grid lie.
-struct Lattice {
+pub(super) struct Lattice {
     size: [u32; 3],
     map: IndexMap,
     clip: (DVec3, DVec3),
@@ -30,6 +30,17 @@ impl Lattice {
         }
         let p0 = Vec3::from_array(params.vec3("p0")?.unwrap_or([0.0; 3])).as_dvec3();
         let p1 = Vec3::from_array(params.vec3("p1")?.unwrap_or([1.0; 3])).as_dvec3();
+        Self::within(params, render_from_medium, p0, p1, size)
+    }
+
+    /// So many cells between two corners.
+    pub fn within(
+        params: &ParamSet,
+        render_from_medium: &DAffine3,
+        p0: DVec3,
+        p1: DVec3,
+        size: [u32; 3],
+    ) -> Result<Self> {
         // pbrt orders the corners.
         let (p0, p1) = (p0.min(p1), p0.max(p1));
         let n = DVec3::new(f64::from(size[0]), f64::from(size[1]), f64::from(size[2]));
@@ -71,8 +82,14 @@ impl Lattice {
         Ok(Some(values.iter().map(|s| reduce(s).to_array()).collect()))
     }
 
-    fn field<G>(&self, grid: G) -> Field<G> {
+    /// A grid in this place.
+    pub fn field<G>(&self, grid: G) -> Field<G> {
         Field { grid, map: self.map, scale: 1.0, offset: 0.0 }
+    }
+
+    /// Outside of this, in index space, there is nothing.
+    pub fn clip(&self) -> (DVec3, DVec3) {
+        self.clip
     }
 
     fn vectors(&self, values: &[[f32; 3]]) -> Field<AnyGrid> {

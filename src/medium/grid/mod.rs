@@ -18,6 +18,7 @@ pub mod majorants;
 pub mod map;
 mod medium;
 pub mod motion;
+pub mod nanovdb;
 pub mod sparse;
 mod survey;
 pub mod velocity;

@@ -59,7 +59,7 @@ impl CacheBuilder<'_> {
         }
         statistics.seconds.seed = start.elapsed().as_secs_f64();
 
-        let pixel = self.camera.pixel_angle();
+        let pixel = self.camera.pixel_span();
         CachePoints::build(&world.lights, candidates, pixel, self.settings, statistics)
     }
 
@@ -100,7 +100,7 @@ impl CacheBuilder<'_> {
         let [jitter_x, jitter_y, lens_u, lens_v] = random.draw::<4>(0, Dimension::Camera);
         let [u_time] = random.draw::<1>(0, Dimension::Time);
         let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
-        let position = corner + Vec2::splat(0.5) + self.film.filter.sample([jitter_x, jitter_y]);
+        let position = corner + Vec2::splat(0.5) + self.film.filter.sample([jitter_x, jitter_y], || 0.5).offset;
         let ray = self.camera.ray(position, [lens_u, lens_v], u_time);
         // The camera ray is known once the path has its first vertex.
         let most = if self.on_camera_rays { 1 } else { u32::MAX };

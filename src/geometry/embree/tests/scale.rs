@@ -61,7 +61,7 @@ fn enlarge(kind: &mut ShapeKind, by: f32) {
             curves.control_points.iter_mut().flatten().for_each(|p| *p *= by);
             curves.widths.iter_mut().flatten().for_each(|w| *w *= by);
         }
-        ShapeKind::Disk(_) => unreachable!("there is none"),
+        ShapeKind::Disk(_) | ShapeKind::Cylinder(_) => unreachable!("there is none"),
     }
 }
 
