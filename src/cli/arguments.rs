@@ -37,6 +37,8 @@ pub enum Command {
     Compare(CompareArguments),
     /// Measure error against run time: methods against each other, on scenes of yours or of the project.
     Bench(BenchArguments),
+    /// Render scenes, or all in a folder, with a few samples, and say of each whether it works, how long it took and what it warned of.
+    Try(TryArguments),
     /// Write one of the project's own scenes to a folder.
     Scene(SceneArguments),
     /// Check that extreme scenes come out right, case by case.
@@ -152,6 +154,9 @@ pub struct RenderArguments {
 pub struct InfoArguments {
     /// A scene, a .vdb or an .exr file.
     pub file: PathBuf,
+    /// Of a scene: look for everything that is unused, missing or suspicious as well, and end with 3 if anything is.
+    #[arg(long)]
+    pub strict: bool,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -220,6 +225,32 @@ pub struct BenchArguments {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+/// `lanternfish try`.
+#[derive(Args, Debug)]
+pub struct TryArguments {
+    /// Scenes, and folders to look for scenes in (files .pbrt and .pbrt.gz; those that have no WorldBegin are parts of others).
+    #[arg(required = true, value_name = "PATH")]
+    pub paths: Vec<PathBuf>,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=0x7fff_ffff))]
+    pub spp: u32,
+    /// Width and height in place of the scenes' own.
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    pub resolution: Option<[u32; 2]>,
+    /// A folder for the images, their PNGs and what each render said; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Time for a scene: one that is not done by then is ended.
+    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = above_zero)]
+    pub time_limit: f64,
+    /// Take missing files, bad voxels and the like as errors.
+    #[arg(long)]
+    pub strict: bool,
+    /// Print JSON when all are done.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `lanternfish scene`.

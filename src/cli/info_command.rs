@@ -12,6 +12,7 @@ use super::images::{print_report, run_info_exr};
 use super::render_command::report_end;
 use crate::render::plan::Plan;
 use crate::render::{Job, RenderError, RenderSettings, Timings, load};
+use crate::scene::lint::lint;
 use crate::scene::{SceneDescription, Sources, Warnings};
 
 /// Runs the command: the kind of file is told by its ending.
@@ -22,14 +23,22 @@ pub fn run(arguments: &InfoArguments) -> ExitStatus {
         Some("vdb") => super::vdb::run_info_vdb(path, arguments.json),
         _ => {
             let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
-            let result = scene(path, arguments.json, &mut sources, &mut warnings);
+            let result = scene(path, arguments, &mut sources, &mut warnings);
             report_end(result, &sources)
         }
     }
 }
 
-fn scene(path: &Path, json: bool, sources: &mut Sources, warnings: &mut Warnings) -> Result<ExitStatus, RenderError> {
+fn scene(
+    path: &Path,
+    &InfoArguments { json, strict, .. }: &InfoArguments,
+    sources: &mut Sources,
+    warnings: &mut Warnings,
+) -> Result<ExitStatus, RenderError> {
     let loaded = load(path, sources, warnings);
+    if let (true, Ok((scene, _))) = (strict, &loaded) {
+        lint(scene, warnings);
+    }
     let prepared = loaded.and_then(|(scene, timings)| {
         let job = Job::prepare(&scene, &RenderSettings { plan_only: true, ..Default::default() }, timings, warnings)?;
         Ok((scene, job))
@@ -50,7 +59,10 @@ fn scene(path: &Path, json: bool, sources: &mut Sources, warnings: &mut Warnings
         seconds: job.timings,
         warnings: warning_lines(warnings, sources),
     };
-    Ok(print_report(&report, json))
+    match print_report(&report, json) {
+        ExitStatus::Done if strict && !report.warnings.is_empty() => Ok(ExitStatus::BadInput),
+        status => Ok(status),
+    }
 }
 
 /// How much of what the file states.

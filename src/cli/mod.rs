@@ -12,6 +12,7 @@ pub mod scene_command;
 pub mod stability_command;
 #[cfg(test)]
 mod tests;
+pub mod try_command;
 pub mod vdb;
 
 pub use arguments::{Arguments, Command};
@@ -25,6 +26,7 @@ pub fn run(arguments: &Arguments) -> ExitStatus {
         Command::Info(arguments) => info_command::run(arguments),
         Command::Compare(arguments) => images::run_compare(arguments),
         Command::Bench(arguments) => bench_command::run(arguments),
+        Command::Try(arguments) => try_command::run(arguments),
         Command::Scene(arguments) => scene_command::run(arguments),
         Command::Stability(arguments) => stability_command::run(arguments),
     }

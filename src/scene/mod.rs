@@ -3,6 +3,7 @@
 
 pub mod description;
 pub mod error;
+pub mod lint;
 pub mod params;
 pub mod pbrt;
 pub mod ply;

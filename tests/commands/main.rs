@@ -14,4 +14,5 @@ mod bench_lean;
 mod bench_regression;
 mod command_line;
 mod replay;
+mod scenes;
 mod stability;
