@@ -4,7 +4,8 @@ use std::collections::HashSet;
 
 use super::{ObjectEntity, ParamSet, ParamValue, SceneDescription, ShapeEntity, Warnings};
 
-/// Adds a warning for each definition that nothing refers to, and for what is seldom meant.
+/// Adds a warning for each definition that nothing refers to, and for what is seldom meant. Media are not among them: of those that are not used every
+/// render tells.
 pub fn lint(scene: &SceneDescription, warnings: &mut Warnings) {
     let used = Used::of(scene);
     for (index, material) in scene.materials.iter().enumerate() {
@@ -16,11 +17,6 @@ pub fn lint(scene: &SceneDescription, warnings: &mut Warnings) {
     for texture in &scene.textures {
         if !used.textures.contains(texture.name.as_str()) {
             warnings.add(Some(texture.entity.span()), format!("texture \"{}\" is not used", texture.name));
-        }
-    }
-    for medium in &scene.media {
-        if !used.media.contains(medium.name.as_str()) {
-            warnings.add(Some(medium.entity.span()), format!("medium \"{}\" is not used", medium.name));
         }
     }
     for (index, object) in scene.objects.iter().enumerate() {
@@ -40,26 +36,20 @@ struct Used<'a> {
     /// By mixes.
     names_of_materials: HashSet<&'a str>,
     textures: HashSet<&'a str>,
-    media: HashSet<&'a str>,
     objects: HashSet<usize>,
 }
 
 impl<'a> Used<'a> {
     fn of(scene: &'a SceneDescription) -> Self {
         let mut used = Self::default();
-        used.media.insert(&scene.camera_medium);
         let instances = scene.instances.iter().chain(scene.objects.iter().flat_map(|object| &object.instances));
         used.objects.extend(instances.map(|instance| instance.object as usize));
         for shape in shapes(scene) {
             used.materials.insert(shape.material.0 as usize);
             used.textures_of(&shape.entity.params);
-            if let Some(interface) = &shape.medium_interface {
-                used.media.extend([interface.inside.as_str(), interface.outside.as_str()]);
-            }
         }
         for light in &scene.lights {
             used.textures_of(&light.entity.params);
-            used.media.insert(&light.medium);
         }
         let entities = scene
             .area_lights
