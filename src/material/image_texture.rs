@@ -62,7 +62,7 @@ impl ImageMap {
         value.map(|c| c.max(0.0))
     }
 
-    /// The float at `uv`, not negative: alpha where the image has it, else the mean of the channels.
+    /// The float at `uv`: alpha where the image has it, else the mean of the channels. Inverted, it is not negative.
     pub fn float(&self, uv: Vec2) -> f32 {
         let value = self.filtered(uv, |texel| {
             Rgb::splat(match *texel {
@@ -72,8 +72,14 @@ impl ImageMap {
             })
         })[0];
         let value = value * self.scale;
-        let value = if self.invert { 1.0 - value } else { value };
-        value.max(0.0)
+        // Heights may be negative (and in pbrt-v4, which limits inverted values alone, any float).
+        if self.invert { (1.0 - value).max(0.0) } else { value }
+    }
+
+    /// Half the size of a texel in texture coordinates, at most a half.
+    pub fn half_texel(&self) -> Vec2 {
+        let size = Vec2::new(self.image.width as f32, self.image.height as f32);
+        (0.5 / (size * self.uv_scale.abs())).clamp(Vec2::splat(f32::MIN_POSITIVE), Vec2::splat(0.5))
     }
 
     #[inline]
