@@ -186,7 +186,10 @@ fn nonsensical_materials() {
         ("Material \"conductor\" \"float roughness\" -1\nShape \"sphere\"", Orderly),
         ("Material \"conductor\" \"float roughness\" 1e30\nShape \"sphere\"", Orderly),
         ("Material \"coateddiffuse\" \"float thickness\" -1\nShape \"sphere\"", Orderly),
-        ("Material \"coatedconductor\" \"float interface.eta\" -1 \"float conductor.roughness\" 1e30\nShape \"sphere\"", Orderly),
+        (
+            "Material \"coatedconductor\" \"float interface.eta\" -1 \"float conductor.roughness\" 1e30\nShape \"sphere\"",
+            Orderly,
+        ),
         ("Material \"coatedconductor\" \"float thickness\" 1e30 \"float albedo\" 1\nShape \"sphere\"", Orderly),
         ("Material \"thindielectric\" \"float eta\" 0\nShape \"sphere\"", Orderly),
         ("Material \"diffusetransmission\" \"rgb transmittance\" [1e30 -1 5]\nShape \"sphere\"", Orderly),

@@ -29,9 +29,9 @@ fn surfaces_that_absorb_nothing_are_invisible() {
         (
             "cloth",
             "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0.3 0.3] \"rgb transmittance\" [0.7 0.7 0.7]\n",
-            256,
+            600,
         ),
-        ("hair", "Material \"hair\" \"rgb sigma_a\" [0 0 0]\n", 256),
+        ("hair", "Material \"hair\" \"rgb sigma_a\" [0 0 0]\n", 600),
         ("dielectric of index 1", "Material \"dielectric\" \"float eta\" 1\n", 16),
         (
             "mix",

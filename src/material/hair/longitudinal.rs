@@ -34,7 +34,7 @@ fn bessel_i0_scaled(x: f32) -> f32 {
         series * (-x).exp()
     } else {
         let coefficients = [
-            0.398_942_28,
+            0.398_942_3,
             0.013_285_92,
             0.002_253_19,
             -0.001_575_65,

@@ -90,7 +90,7 @@ fn a_coated_mirror_reflects_the_sum_of_all_bounces() {
     }
 }
 
-/// Rough layers over metal never give back more than they get.
+/// Rough layers over metal never give back more than they get; what is scattered into the surface is lost at every bounce.
 #[test]
 fn coated_metal_gains_nothing() {
     for (i, roughness) in [[0.0, 0.3], [0.3, 0.0], [0.5, 0.5]].into_iter().enumerate() {
@@ -103,7 +103,7 @@ fn coated_metal_gains_nothing() {
                 let sample = coated_metal(roughness, 0.0, 0.01, 100, seed).sample(wo, u[0], [u[1], u[2]]);
                 energy.add(sample.map_or(0.0, |s| f64::from(s.weight()[0])));
             }
-            assert!(energy.mean() < 1.0 && energy.mean() > 0.4, "{roughness:?} {cos}: {}", energy.mean());
+            assert!(energy.mean() < 1.0 && energy.mean() > 0.25, "{roughness:?} {cos}: {}", energy.mean());
         }
     }
 }
