@@ -1,5 +1,5 @@
-//! How position changes with the texture coordinates, for bump maps: asked for only where a material has one. Source: pbrt-v4, sections 6.2.3,
-//! 6.4.2, 6.5.3 and 6.6.2 for the parametrisations.
+//! How position changes with the texture coordinates, for bump maps: asked for only where a material has one. Source: pbrt-v4, chapter 6,
+//! for the parametrisations.
 
 use glam::{DVec3, Vec3};
 

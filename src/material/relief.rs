@@ -1,5 +1,5 @@
 //! Normal and bump maps: a shading normal of the material's own, from an image of normals or from the slope of a height.
-//! Sources: pbrt-v4, section 10.5.3; Blinn 1978, "Simulation of Wrinkled Surfaces". Only shading changes, no point moves.
+//! Sources: pbrt-v4, sections 10.5.3 and 10.5.4; Blinn 1978, "Simulation of Wrinkled Surfaces". Only shading changes, no point moves.
 //!
 //! As in pbrt-v4 the normal is turned into the geometric normal's hemisphere, and what is reflection is decided by it alone, so that light may
 //! leak through a surface where the two normals disagree about a direction of incidence. **Ours:** a normal that the viewer

@@ -6,7 +6,7 @@ use super::fresnel;
 use crate::math::Rgb;
 
 /// The albedo under diffuse light of a half-space that absorbs by `sigma_a` and scatters by `sigma_s` with the mean cosine `g`, without a
-/// boundary: (1 − s)(1 − 0.139 s) / (1 + 1.17 s) with s² = (1 − ϖ) / (1 − ϖg), ϖ = σ_s / (σ_a + σ_s), within 0.002 of the exact one.
+/// boundary: (1 − s)(1 − 0.139 s) / (1 + 1.17 s) with s² = (1 − ϖ) / (1 − ϖg), ϖ = σ_s / (σ_a + σ_s), within 0.01 of random walks.
 pub fn half_space_albedo(sigma_a: Rgb, sigma_s: Rgb, g: f32) -> Rgb {
     let g = g.clamp(-1.0, 1.0);
     let mut albedo = Rgb::BLACK;

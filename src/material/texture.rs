@@ -12,7 +12,7 @@ use super::image_texture::ImageMap;
 use crate::math::Rgb;
 
 /// The step of the texture coordinates over which a texture's slope is taken, unless its images say how fine they are (pbrt-v4, section
-/// 10.5.3).
+/// 10.5.4).
 const STEP: f32 = 0.0005;
 
 /// A float texture, by its place in [`Textures`].

@@ -1,5 +1,5 @@
-//! N_p: how light spreads around a fibre: the deflection of a smooth cylinder, blurred by a logistic distribution on −π..π. Source: Chiang
-//! et al. 2016, section 3.2, equations 5 and 6.
+//! N_p: how light spreads around a fibre: the deflection of a smooth cylinder, blurred by a logistic distribution on −π..π. Sources: Marschner
+//! et al. 2003 for the deflection, Chiang et al. 2016 for the logistic.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 

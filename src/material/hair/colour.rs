@@ -1,4 +1,4 @@
-//! The absorption of hair: from pigments, or from the colour that much hair comes to. Sources: d'Eon et al. 2011, section 6.1, as pbrt-v4
+//! The absorption of hair: from pigments, or from the colour that much hair comes to. Sources: d'Eon et al. 2011, as pbrt-v4
 //! has it in RGB; Chiang et al. 2016, equation 9.
 
 use crate::math::Rgb;

@@ -1,4 +1,4 @@
-//! M_p: how light spreads along a fibre. Source: d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model", section 3 and, for
+//! M_p: how light spreads along a fibre. Source: d'Eon et al. 2011, "An Energy-Conserving Hair Reflectance Model" and, for
 //! sampling, d'Eon et al. 2013, "Importance Sampling for Physically-Based Hair Fiber Models".
 //!
 //! M = e^(−sin θ_i sin θ_o / v) I₀(cos θ_i cos θ_o / v) / (2v sinh(1/v)). Its factors overflow for small v; here their exponents are taken

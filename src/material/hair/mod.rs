@@ -1,6 +1,6 @@
 //! Hair and fur: a rough dielectric cylinder that absorbs within. Sources: Chiang et al. 2016, "A Practical and Controllable Hair and Fur
 //! Model for Production Path Tracing"; Marschner et al. 2003; d'Eon et al. 2011; the formulas in the form of Pharr, "The Implementation
-//! of a Hair Scattering Model" (pbrt), after which pbrt-v4's `hair` is named.
+//! of a Hair Scattering Model", and pbrt-v4, section 9.9.
 //!
 //! f is a sum over p, the number of times that light crosses the fibre: R (p = 0), TT, TRT, and one term for all that comes after. Each is
 //! longitudinal scattering M_p (`longitudinal.rs`) × attenuation A_p × azimuthal scattering N_p (`azimuthal.rs`).
@@ -62,7 +62,7 @@ struct Outgoing {
 impl Hair {
     /// A fibre met at the offset `h` in −1..=1 from its middle, in units of its radius: positive to the side of ω_o × x; with the index of
     /// refraction `eta`, absorbing by `sigma_a` per radius (not negative), with the roughnesses `beta_m` along and `beta_n` around it (0..=1,
-    /// Chiang et al. 2016, section 4.1) and scales tilted by `alpha` degrees.
+    /// Chiang et al. 2016, section 4) and scales tilted by `alpha` degrees.
     pub fn new(h: f32, eta: f32, sigma_a: Rgb, beta_m: f32, beta_n: f32, alpha: f32) -> Self {
         let (m, n) = (beta_m.clamp(SMOOTHEST, 1.0), beta_n.clamp(SMOOTHEST, 1.0));
         // Chiang et al. 2016, equations 7 and 8.
@@ -192,7 +192,7 @@ impl Outgoing {
 }
 
 /// A_p from the reflectance f of the surface and the transmittance T of one way through: f, (1−f)²T, (1−f)²T²f, and the rest of that
-/// geometric series (Chiang et al. 2016, section 3.3). They add up to 1 where T is.
+/// geometric series. They add up to 1 where T is.
 #[inline]
 fn attenuations(reflectance: f32, transmittance: Rgb) -> [Rgb; LAST + 1] {
     let f = reflectance;
