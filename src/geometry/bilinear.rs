@@ -89,6 +89,22 @@ impl BilinearMesh {
         ((q10 - q00).lerp(q11 - q01, v), (q01 - q00).lerp(q11 - q10, u))
     }
 
+    /// The derivatives of position by the texture coordinates at (u, v); zero where those are degenerate.
+    pub(super) fn partials(&self, primitive: u32, uv: [f32; 2]) -> [DVec3; 2] {
+        let (dpdu, dpdv) = self.derivatives(primitive, uv);
+        if self.uvs.is_empty() {
+            return [dpdu, dpdv];
+        }
+        let [t00, t10, t01, t11] = self.indices[primitive as usize].map(|i| self.uvs[i as usize].as_dvec2());
+        let dstdu = (t10 - t00).lerp(t11 - t01, f64::from(uv[1]));
+        let dstdv = (t01 - t00).lerp(t11 - t10, f64::from(uv[0]));
+        let determinant = dstdu.perp_dot(dstdv);
+        if determinant.abs() < 1e-20 {
+            return [DVec3::ZERO; 2];
+        }
+        [(dpdu * dstdv.y - dpdv * dstdu.y) / determinant, (dpdv * dstdu.x - dpdu * dstdv.x) / determinant]
+    }
+
     /// The interpolated shading normal, unit; `None` where the mesh has none or they cancel.
     pub(super) fn shading_normal(&self, primitive: u32, uv: [f32; 2]) -> Option<Vec3> {
         if self.normals.is_empty() {

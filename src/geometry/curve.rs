@@ -1,10 +1,10 @@
 //! Curves: cubic Bézier segments swept with a width that varies linearly; hair and fur. Source: pbrt-v4 section 6.7;
 //! Nakamaru & Ohno, "Ray Tracing for Curves Primitive", WSCG 2002 (subdivision in the ray's frame).
 //!
-//! Conventions: u runs across the width, 0 to 1, and v along the curve, so that hair's offset h is 2u − 1. The normals of
-//! ray-facing kinds point back along the ray; those of ribbons are as given.
+//! Conventions: of a hit, u runs across the width, 0 to 1, towards direction × tangent, and v along the segment. Texture coordinates are pbrt-v4's:
+//! u along the whole curve, v across the width. The normals of ray-facing kinds point back along the ray; those of ribbons are as given.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::local::LocalPoint;
 use crate::math::Frame;
@@ -30,7 +30,7 @@ pub struct Curves {
     pub control_points: Vec<[Vec3; 4]>,
     /// Width (not radius) at the segment's start and end.
     pub widths: Vec<[f32; 2]>,
-    /// The v-interval (along the whole curve that the segment is a part of) it covers; u runs across the width.
+    /// The interval along the whole curve, 0 to 1, that the segment is a part of.
     pub parameters: Vec<[f32; 2]>,
     /// For ribbons: the normals at the segment's ends (unit).
     pub normals: Vec<[Vec3; 2]>,
@@ -116,6 +116,17 @@ impl Curves {
         n.try_normalize().unwrap_or(n0)
     }
 
+    /// ∂p/∂u and ∂p/∂v by the texture coordinates at a hit's (u, v), as seen along the unit `direction`.
+    pub(super) fn partials(&self, primitive: u32, uv: [f32; 2], direction: Vec3) -> [DVec3; 2] {
+        let point = self.point(primitive, uv, direction);
+        let [v0, v1] = self.parameters[primitive as usize];
+        let [w0, w1] = self.widths[primitive as usize];
+        let across = point.ng.cross(point.dpdu).normalize_or_zero();
+        // Towards direction × tangent.
+        let side = if across.dot(direction.cross(point.dpdu)) < 0.0 { -across } else { across };
+        [(point.dpdu / (v1 - v0)).as_dvec3(), (side * (w0 + (w1 - w0) * uv[1])).as_dvec3()]
+    }
+
     /// The point at (u, v) as seen along the unit `direction`, its error, and its derivatives.
     pub(super) fn point(&self, primitive: u32, uv: [f32; 2], direction: Vec3) -> LocalPoint {
         let primitive = primitive as usize;
@@ -161,7 +172,7 @@ impl Curves {
             ng,
             ns: ng,
             dpdu: tangent * derivative.length(),
-            uv: Vec2::new(uv[0], v0 + (v1 - v0) * uv[1]),
+            uv: Vec2::new(v0 + (v1 - v0) * uv[1], uv[0]),
             authoritative_ns: self.kind != CurveKind::Ribbon,
         }
     }

@@ -95,6 +95,14 @@ impl Cylinder {
         affine::normal(&self.to_shape, self.outward(uv))
     }
 
+    /// ∂p/∂u and ∂p/∂v in the shape's space.
+    pub(super) fn partials(&self, uv: [f32; 2]) -> [DVec3; 2] {
+        let outward = self.outward(uv);
+        let around = DVec3::new(-outward.y, outward.x, 0.0) * (f64::from(self.radius) * f64::from(self.phi_max));
+        let linear = affine::linear(&self.to_shape);
+        [linear * around, linear * DVec3::Z * f64::from(self.z_max - self.z_min)]
+    }
+
     /// The point at (u, v) in the shape's space, its error, and its derivatives.
     pub(super) fn point(&self, uv: [f32; 2]) -> LocalPoint {
         let outward = self.outward(uv);

@@ -68,6 +68,16 @@ impl Disk {
         affine::normal(&self.to_shape, DVec3::Z)
     }
 
+    /// ∂p/∂u and ∂p/∂v at (u, v) in the shape's space.
+    pub(super) fn partials(&self, uv: [f32; 2]) -> [DVec3; 2] {
+        let (inner, outer) = (f64::from(self.inner_radius), f64::from(self.radius));
+        let phi_max = f64::from(self.phi_max);
+        let (sin, cos) = (f64::from(uv[0]) * phi_max).sin_cos();
+        let r = outer + (inner - outer) * f64::from(uv[1]);
+        let linear = affine::linear(&self.to_shape);
+        [linear * DVec3::new(-sin, cos, 0.0) * (phi_max * r), linear * DVec3::new(cos, sin, 0.0) * (inner - outer)]
+    }
+
     /// The point at (u, v) in the shape's space, its error, and its derivatives.
     pub(super) fn point(&self, uv: [f32; 2]) -> LocalPoint {
         let (inner, outer) = (f64::from(self.inner_radius), f64::from(self.radius));

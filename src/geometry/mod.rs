@@ -12,6 +12,7 @@ pub mod extent;
 mod fixtures;
 mod local;
 mod motion;
+mod partials;
 pub mod recording;
 pub mod sampling;
 pub mod shape;
@@ -28,6 +29,7 @@ pub mod native;
 
 use glam::{Vec2, Vec3};
 
+pub use partials::Partials;
 pub use shape::{Instance, InstanceId, MotionTransform, Prototype, Shape, ShapeId, ShapeKind};
 pub use trace::{Backend, BoundaryCrossing, Ray, RayHit, Tracer};
 

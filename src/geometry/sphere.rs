@@ -112,6 +112,18 @@ impl Sphere {
         affine::normal(&self.to_shape, self.direction_at(uv).0)
     }
 
+    /// ∂p/∂u and ∂p/∂v at (u, v) in the shape's space.
+    pub(super) fn partials(&self, uv: [f32; 2]) -> [DVec3; 2] {
+        let (unit, phi, theta) = self.direction_at(uv);
+        let (theta_min, theta_max) = self.thetas();
+        let radius = f64::from(self.radius);
+        let around = DVec3::new(-unit.y, unit.x, 0.0) * (radius * f64::from(self.phi_max));
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let down = DVec3::new(unit.z * cos_phi, unit.z * sin_phi, -theta.sin()) * (radius * (theta_max - theta_min));
+        let linear = affine::linear(&self.to_shape);
+        [linear * around, linear * down]
+    }
+
     /// The point at (u, v) in the shape's space, its error, and its derivatives.
     pub(super) fn point(&self, uv: [f32; 2]) -> LocalPoint {
         let (unit, phi, _) = self.direction_at(uv);

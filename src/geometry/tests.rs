@@ -209,3 +209,41 @@ fn moving_instances_are_where_their_time_puts_them() {
     let point = geometry.surface_point(&r, &hit([0.0, 1.0], 0, Some(InstanceId(0))));
     assert!(point.p.distance(Vec3::new(5.0, 0.0, 1.0)) < 1e-5, "{}", point.p);
 }
+
+/// A small step over a surface is the step of its texture coordinates times the partial derivatives.
+#[test]
+fn partial_derivatives_are_those_of_the_points() {
+    let mut random = Random(77);
+    let mut seen = 0;
+    for shape in one_of_each(&mut random, 2.0) {
+        let is_cylinder = matches!(&shape.kind, ShapeKind::Curves(curves) if curves.kind == CurveKind::Cylinder);
+        let is_curve = matches!(shape.kind, ShapeKind::Curves(_));
+        let count = shape.primitive_count();
+        let geometry = geometry_of(vec![shape]);
+        for _ in 0..50 {
+            let primitive = (random.next() % u64::from(count)) as u32;
+            let step = 1e-2;
+            // Off the middle a curve's edge is not parallel to it.
+            let uv = [if is_curve { 0.5 } else { 0.05 + 0.4 * random.unit() }, 0.05 + 0.4 * random.unit()];
+            let ray = ray(Vec3::ZERO, random.direction());
+            let at = |uv| geometry.surface_point(&ray, &hit(uv, primitive, None));
+            let partials = geometry.partials(&ray, &hit(uv, primitive, None));
+            for axis in 0..2 {
+                // The width is seen round where a curve is a cylinder.
+                if is_cylinder && axis == 0 {
+                    continue;
+                }
+                let (mut before, mut after) = (uv, uv);
+                before[axis] -= step;
+                after[axis] += step;
+                let (a, b) = (at(before), at(after));
+                let duv = b.uv - a.uv;
+                let expected = partials.dpdu * duv.x + partials.dpdv * duv.y;
+                let size = (b.p - a.p).length();
+                assert!((b.p - a.p).distance(expected) < 0.03 * size + 1e-5, "{axis} {uv:?}: {} {expected}", b.p - a.p);
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 400, "{seen}");
+}

@@ -183,6 +183,23 @@ impl TriangleMesh {
     }
 }
 
+impl TriangleMesh {
+    /// ∂p/∂u and ∂p/∂v of one triangle; zero where the texture coordinates are degenerate (pbrt-v4 equation 6.7).
+    pub(super) fn partials(&self, primitive: u32) -> [DVec3; 2] {
+        let [p0, p1, p2] = self.triangle(primitive).map(|p| p.as_dvec3());
+        if self.uvs.is_empty() {
+            return [p1 - p0, p2 - p1];
+        }
+        let [t0, t1, t2] = self.indices[primitive as usize].map(|i| self.uvs[i as usize].as_dvec2());
+        let (d02, d12, p02, p12) = (t0 - t2, t1 - t2, p0 - p2, p1 - p2);
+        let determinant = d02.perp_dot(d12);
+        if determinant.abs() < 1e-20 {
+            return [DVec3::ZERO; 2];
+        }
+        [(p02 * d12.y - p12 * d02.y) / determinant, (p12 * d02.x - p02 * d12.x) / determinant]
+    }
+}
+
 /// ∂p/∂u of a triangle with texture coordinates; zero where they are degenerate (pbrt-v4 equation 6.7).
 fn dpdu([p0, p1, p2]: [Vec3; 3], [t0, t1, t2]: [Vec2; 3]) -> Vec3 {
     let (d02, d12) = (t0 - t2, t1 - t2);

@@ -61,6 +61,8 @@ impl Vertex<'_> {
     pub fn receiver(&self, world: &World, wo: Vec3) -> Receiver {
         let links = self.links(world);
         match self {
+            // Light from along the surface of a fibre counts as much as any.
+            Self::Surface { point, bsdf } if bsdf.is_fibre() => Receiver::Medium { p: point.p, links },
             Self::Surface { point, bsdf } => Receiver::Surface {
                 p: point.p,
                 ns: if wo.dot(point.ns) < 0.0 { -point.ns } else { point.ns },

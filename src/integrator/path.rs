@@ -256,7 +256,7 @@ pub(super) fn walk<const MEDIA: bool>(
             break;
         };
 
-        let point = world.geometry.surface_point(&ray, &hit);
+        let mut point = world.geometry.surface_point(&ray, &hit);
         let shape = &world.geometry.shapes[hit.shape.0 as usize];
         if MEDIA {
             // Whatever rounding did on the way: now it is known which side of this surface the path is on.
@@ -291,6 +291,9 @@ pub(super) fn walk<const MEDIA: bool>(
 
         let material = MaterialId(shape.material);
         let [u_mix] = if world.materials.is_mix(material) { random.draw(index, Dimension::Mix) } else { [0.0] };
+        if world.materials.has_relief() {
+            world.materials.emboss(material, &mut point, wo, u_mix, || world.geometry.partials(&ray, &hit));
+        }
         let bsdf = world.materials.bsdf(material, &point, wo, u_mix, random.hash(index, Dimension::Layers));
         if layers.first.is_none() {
             layers.first = Some(FirstVertex::Surface);

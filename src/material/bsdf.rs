@@ -8,9 +8,12 @@ use glam::Vec3;
 use super::conductor::Conductor;
 use super::dielectric::Dielectric;
 use super::diffuse::Diffuse;
+use super::diffuse_transmission::DiffuseTransmission;
 use super::fresnel;
-use super::layered::CoatedDiffuse;
+use super::hair::Hair;
+use super::layered::Coated;
 use super::local::{LocalSample, Sides, Transport};
+use super::thin_dielectric::ThinDielectric;
 use crate::math::{Frame, Rgb};
 
 /// A sampled direction.
@@ -51,7 +54,15 @@ pub enum Lobe {
     /// Glass.
     Dielectric(Dielectric),
     /// Glass over Lambert.
-    CoatedDiffuse(CoatedDiffuse),
+    CoatedDiffuse(Coated<Diffuse>),
+    /// Glass over metal.
+    CoatedConductor(Coated<Conductor>),
+    /// A pane.
+    ThinDielectric(ThinDielectric),
+    /// Lambert on both sides.
+    DiffuseTransmission(DiffuseTransmission),
+    /// A fibre along the local x axis.
+    Hair(Hair),
 }
 
 impl Bsdf {
@@ -74,6 +85,10 @@ impl Bsdf {
             Lobe::Conductor(lobe) => lobe.evaluate(wo, wi),
             Lobe::Dielectric(lobe) => lobe.evaluate(wo, wi, Transport::Radiance),
             Lobe::CoatedDiffuse(lobe) => lobe.evaluate(wo, wi),
+            Lobe::CoatedConductor(lobe) => lobe.evaluate(wo, wi),
+            Lobe::ThinDielectric(_) => Rgb::BLACK,
+            Lobe::DiffuseTransmission(lobe) => lobe.evaluate(wo, wi),
+            Lobe::Hair(lobe) => lobe.evaluate(wo, wi),
         }
     }
 
@@ -91,6 +106,10 @@ impl Bsdf {
             Lobe::Conductor(lobe) => lobe.pdf(wo, wi),
             Lobe::Dielectric(lobe) => lobe.pdf(wo, wi, Sides::Both),
             Lobe::CoatedDiffuse(lobe) => lobe.pdf(wo, wi),
+            Lobe::CoatedConductor(lobe) => lobe.pdf(wo, wi),
+            Lobe::ThinDielectric(_) => 0.0,
+            Lobe::DiffuseTransmission(lobe) => lobe.pdf(wo, wi),
+            Lobe::Hair(lobe) => lobe.pdf(wo, wi),
         }
     }
 
@@ -111,6 +130,10 @@ impl Bsdf {
             Lobe::Conductor(lobe) => lobe.sample(wo, u),
             Lobe::Dielectric(lobe) => lobe.sample(wo, uc, u, Sides::Both, Transport::Radiance),
             Lobe::CoatedDiffuse(lobe) => lobe.sample(wo, uc, u),
+            Lobe::CoatedConductor(lobe) => lobe.sample(wo, uc, u),
+            Lobe::ThinDielectric(lobe) => lobe.sample(wo, uc),
+            Lobe::DiffuseTransmission(lobe) => lobe.sample(wo, uc, u),
+            Lobe::Hair(lobe) => lobe.sample(wo, uc, u),
         };
         let LocalSample { wi, f, pdf, is_specular, is_transmission, eta, pdf_is_proportional } =
             sample.filter(LocalSample::is_usable)?;
@@ -122,10 +145,11 @@ impl Bsdf {
     #[inline]
     pub fn is_specular(&self) -> bool {
         match &self.lobe {
-            Lobe::Passthrough => true,
-            Lobe::Diffuse(_) | Lobe::CoatedDiffuse(_) => false,
+            Lobe::Passthrough | Lobe::ThinDielectric(_) => true,
+            Lobe::Diffuse(_) | Lobe::CoatedDiffuse(_) | Lobe::DiffuseTransmission(_) | Lobe::Hair(_) => false,
             Lobe::Conductor(lobe) => lobe.distribution.is_smooth(),
             Lobe::Dielectric(lobe) => lobe.is_specular(),
+            Lobe::CoatedConductor(lobe) => lobe.is_specular(),
         }
     }
 
@@ -133,19 +157,32 @@ impl Bsdf {
     #[inline]
     pub fn is_transmissive(&self) -> bool {
         match &self.lobe {
-            Lobe::Passthrough | Lobe::Dielectric(_) => true,
-            Lobe::Diffuse(_) | Lobe::Conductor(_) | Lobe::CoatedDiffuse(_) => false,
+            Lobe::Passthrough
+            | Lobe::Dielectric(_)
+            | Lobe::ThinDielectric(_)
+            | Lobe::DiffuseTransmission(_)
+            | Lobe::Hair(_) => true,
+            Lobe::Diffuse(_) | Lobe::Conductor(_) | Lobe::CoatedDiffuse(_) | Lobe::CoatedConductor(_) => false,
         }
+    }
+
+    /// Whether the cosine to the shading normal says nothing of how much light is received: a fibre has no sides.
+    #[inline]
+    pub fn is_fibre(&self) -> bool {
+        matches!(self.lobe, Lobe::Hair(_))
     }
 
     /// The directional albedo towards `wo`, or a good guess of it, for the albedo AOV and denoisers: roughness is left out.
     pub fn albedo(&self, wo: Vec3) -> Rgb {
         let wo = self.frame.to_local(wo);
         match &self.lobe {
-            Lobe::Passthrough | Lobe::Dielectric(_) => Rgb::WHITE,
+            Lobe::Passthrough | Lobe::Dielectric(_) | Lobe::ThinDielectric(_) => Rgb::WHITE,
             Lobe::Diffuse(lobe) => lobe.reflectance,
             Lobe::Conductor(lobe) => fresnel::conductor(wo.z.abs(), lobe.eta, lobe.k),
             Lobe::CoatedDiffuse(lobe) => lobe.albedo(wo),
+            Lobe::CoatedConductor(lobe) => lobe.albedo(wo),
+            Lobe::DiffuseTransmission(lobe) => lobe.reflectance + lobe.transmittance,
+            Lobe::Hair(lobe) => lobe.albedo(wo),
         }
     }
 }

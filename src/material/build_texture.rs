@@ -264,11 +264,13 @@ impl<'a> TextureBuilder<'a> {
         let scale = params.float("scale", 1.0)?;
         let invert = params.bool("invert", false)?;
         let span = params.get("filename").map_or(params.span, |p| p.span);
-        let image = self.image(file, encoding, span)?;
+        let image = self.image(file, encoding, span, "magenta is used instead")?;
         Ok(image.map(|image| ImageMap { image, wrap, filter, mapping, scale, invert }))
     }
 
-    fn image(&mut self, file: &str, encoding: Encoding, span: Span) -> Result<Option<Arc<Image>>> {
+    /// The image of a file, read once for each encoding; `None` where it cannot be read (and that was warned about, with `instead` for what
+    /// happens).
+    pub fn image(&mut self, file: &str, encoding: Encoding, span: Span, instead: &str) -> Result<Option<Arc<Image>>> {
         let path = self.scene.resolve(file);
         let key = (path.clone(), EncodingKey::from(encoding));
         if let Some(image) = self.loader.images.get(&key) {
@@ -298,7 +300,7 @@ impl<'a> TextureBuilder<'a> {
                 return Err(SceneError::at(span, SceneErrorKind::File { path, reason }));
             }
             Err(reason) => {
-                let message = format!("cannot read {}: {reason}; magenta is used instead", path.display());
+                let message = format!("cannot read {}: {reason}; {instead}", path.display());
                 self.warnings.add(Some(span), message);
                 None
             }

@@ -61,7 +61,7 @@ impl ImageMap {
         value.map(|c| c.max(0.0))
     }
 
-    /// The float at the coordinates `st`, not negative: alpha where the image has it, else the mean of the channels.
+    /// The float at the coordinates `st`: alpha where the image has it, else the mean of the channels. Inverted, it is not negative.
     pub fn float(&self, st: Vec2) -> f32 {
         let value = self.filtered(st, |texel| {
             Rgb::splat(match *texel {
@@ -71,8 +71,16 @@ impl ImageMap {
             })
         })[0];
         let value = value * self.scale;
-        let value = if self.invert { 1.0 - value } else { value };
-        value.max(0.0)
+        // Heights may be negative (and in pbrt-v4, which limits inverted values alone, any float).
+        if self.invert { (1.0 - value).max(0.0) } else { value }
+    }
+
+    /// Half the size of a texel in texture coordinates, at most a half.
+    pub fn half_texel(&self) -> Vec2 {
+        let size = Vec2::new(self.image.width as f32, self.image.height as f32);
+        // How far the surface's coordinates go across an image that lies otherwise is not known.
+        let Mapping2d::Uv { scale, .. } = self.mapping else { return Vec2::INFINITY };
+        (0.5 / (size * scale.abs())).clamp(Vec2::splat(f32::MIN_POSITIVE), Vec2::splat(0.5))
     }
 
     #[inline]

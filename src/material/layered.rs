@@ -1,5 +1,5 @@
 //! A dielectric coat over an opaque base, with an absorbing or scattering medium between: f, pdf and samples are found by
-//! random walks between the two boundaries. Sources: Guo, Hašan & Zhao 2018, "Position-Free Monte Carlo Simulation for
+//! random walks between the two boundaries. What may be the base is said in `base.rs`. Sources: Guo, Hašan & Zhao 2018, "Position-Free Monte Carlo Simulation for
 //! Arbitrary Layered BSDFs"; pbrt-v4, section 14.3 (two-sided, walks cut off after `max_depth` steps).
 //!
 //! f and pdf are unbiased estimates that depend on (seed, ωo, ωi) alone. The two come from independent streams, so that a
@@ -9,8 +9,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::base::Base;
 use super::dielectric::Dielectric;
-use super::diffuse::Diffuse;
 use super::fresnel;
 use super::local::{LocalSample, Sides, Transport};
 use crate::math::Rgb;
@@ -25,13 +25,13 @@ const STREAM_F: u64 = 0x66;
 const STREAM_PDF: u64 = 0x70;
 const STREAM_SAMPLE: u64 = 0x73;
 
-/// A coat over a diffuse base.
+/// A coat over a base.
 #[derive(Clone, Copy, Debug)]
-pub struct CoatedDiffuse {
+pub struct Coated<B> {
     /// The outer boundary.
     pub top: Dielectric,
     /// The base.
-    pub base: Diffuse,
+    pub base: B,
     /// Thickness in mean free paths of the medium between (its extinction is 1).
     pub thickness: f32,
     /// Single-scattering albedo of the medium between; black for a purely absorbing one.
@@ -62,9 +62,18 @@ struct Walk {
     w: Vec3,
 }
 
-impl CoatedDiffuse {
-    /// An unbiased estimate (but for walks longer than `max_depth`) of f(wo, wi).
+impl<B: Base> Coated<B> {
+    /// Whether the whole is a mirror: smooth boundaries, and nothing scatters between them.
+    #[inline]
+    pub fn is_specular(&self) -> bool {
+        self.base.is_specular() && self.top.is_specular() && self.albedo.is_black()
+    }
+
+    /// An unbiased estimate (but for walks longer than `max_depth`) of f(wo, wi), without what mirrors alone reflect.
     pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        if self.is_specular() {
+            return Rgb::BLACK;
+        }
         let Some((wo, wi)) = from_above(wo, wi) else { return Rgb::BLACK };
         let mut rng = self.stream(STREAM_F);
         let samples = self.samples.max(1);
@@ -100,6 +109,9 @@ impl CoatedDiffuse {
                     let weight = if smooth_top { 1.0 } else { power_heuristic(leave.pdf, phase) };
                     let out = transmittance(thickness - walk.z, leave.wi);
                     f += beta * self.albedo * leave_weight * (phase * weight * out);
+                    if smooth_top && self.base.is_specular() {
+                        f += beta * self.albedo * leave_weight * self.by_mirrors(&walk, -leave.wi, phase * out);
+                    }
                     let (next, phase) = sample_phase(self.phase, -walk.w, rng);
                     if phase == 0.0 || next.z == 0.0 {
                         continue;
@@ -128,12 +140,30 @@ impl CoatedDiffuse {
                     beta *= bounce.weight();
                     walk.w = bounce.wi;
                     if !smooth_top {
-                        f += beta * self.exit(walk.w, wi, bounce.pdf, transmittance(thickness, walk.w));
+                        // No other technique finds the direction of a mirror.
+                        let pdf = if bounce.is_specular { f32::INFINITY } else { bounce.pdf };
+                        f += beta * self.exit(walk.w, wi, pdf, transmittance(thickness, walk.w));
                     }
                 }
             }
         }
         f
+    }
+
+    /// What reaches the smooth coat along `up` from a scattering event by way of the mirror below and, perhaps, of the coat, as often as it may
+    /// be: nothing else finds it. `straight` is what reaches it without. (pbrt-v4 leaves this light out of f.)
+    fn by_mirrors(&self, walk: &Walk, up: Vec3, straight: f32) -> Rgb {
+        let thickness = self.thickness();
+        let down = Vec3::new(up.x, up.y, -up.z);
+        let through = transmittance(thickness, up);
+        let mirror = self.base.mirror(up.z);
+        let first = mirror * (self.phase.evaluate(-walk.w, down) * transmittance(walk.z, down) * through);
+        let again = mirror * (fresnel::dielectric(-up.z, self.top.eta) * through * through);
+        let mut sum = Rgb::BLACK;
+        for c in 0..3 {
+            sum[c] = if again[c] < 1.0 { (first[c] + straight * again[c]) / (1.0 - again[c]) } else { 0.0 };
+        }
+        sum
     }
 
     /// What leaves along `wi` when the walk, having sampled direction `w` with `pdf`, meets the rough coat from below.
@@ -147,10 +177,13 @@ impl CoatedDiffuse {
         f * (power_heuristic(pdf, exit_pdf) * transmittance)
     }
 
-    /// An unbiased estimate of a density that approximates the one [`CoatedDiffuse::sample`] has: reflection by the coat and
+    /// An unbiased estimate of a density that approximates the one [`Coated::sample`] has: reflection by the coat and
     /// one bounce off the base, scaled up for the bounces that follow (off a diffuse base they leave in the same
-    /// directions), mixed with 10 % of a uniform density for what scatters in the medium.
+    /// directions), mixed with 10 % of a uniform density for what scatters in the medium. 0 where [`Coated::is_specular`].
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if self.is_specular() {
+            return 0.0;
+        }
         let uniform = 0.25 / PI;
         let Some((wo, wi)) = from_above(wo, wi) else { return 0.1 * uniform };
         let mut rng = self.stream(STREAM_PDF);
@@ -159,9 +192,7 @@ impl CoatedDiffuse {
         for _ in 0..samples {
             sum += self.pdf_walk(wo, wi, &mut rng);
         }
-        // A rough coat lets more light out at once than the smooth one of the fit: the factor keeps the whole below 1.
-        let bounces = 0.85 / (1.0 - fresnel::mean_internal(self.top.eta.max(1.0)));
-        let estimate = self.top.pdf(wo, wi, Sides::Both) + bounces * sum / samples as f32;
+        let estimate = self.top.pdf(wo, wi, Sides::Both) + self.base.repeats(self.top.eta) * sum / samples as f32;
         0.1 * uniform + 0.9 * estimate
     }
 
@@ -181,7 +212,8 @@ impl CoatedDiffuse {
         let u = [rng.next_f32(), rng.next_f32()];
         let Some(bounce) = self.base.sample(-enter.wi, u).filter(LocalSample::is_usable) else { return 0.0 };
         // ∫ p_base(enter → w) p_top(w → wi) dw by MIS between sampling w from the base and backwards through the coat.
-        let forwards = power_heuristic(bounce.pdf, top.pdf(wi, -bounce.wi, Sides::Transmission))
+        let bounce_pdf = if bounce.is_specular { f32::INFINITY } else { bounce.pdf };
+        let forwards = power_heuristic(bounce_pdf, top.pdf(wi, -bounce.wi, Sides::Transmission))
             * top.pdf(-bounce.wi, wi, Sides::Both);
         let backwards =
             power_heuristic(leave.pdf, base_pdf) * base_pdf * top.pdf(leave.wi, wi, Sides::Both) / leave.pdf;
@@ -198,9 +230,11 @@ impl CoatedDiffuse {
         let wo = if flip { -wo } else { wo };
         let orient = |w: Vec3| if flip { -w } else { w };
         let first = self.top.sample(wo, uc, u, Sides::Both, Transport::Radiance).filter(LocalSample::is_usable)?;
+        let pdf_is_proportional = !self.is_specular();
         if !first.is_transmission {
-            return Some(LocalSample { wi: orient(first.wi), pdf_is_proportional: true, ..first });
+            return Some(LocalSample { wi: orient(first.wi), pdf_is_proportional, ..first });
         }
+        let mut is_specular = first.is_specular;
         let mut rng = self.stream(STREAM_SAMPLE);
         let mut walk = Walk { z: self.thickness(), w: first.wi };
         let mut beta = first.weight();
@@ -218,6 +252,7 @@ impl CoatedDiffuse {
                     }
                     beta *= self.albedo;
                     walk.w = next;
+                    is_specular = false;
                 }
                 Step::Boundary { is_top } => {
                     let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
@@ -227,9 +262,10 @@ impl CoatedDiffuse {
                         self.base.sample(-walk.w, [u[1], u[2]])
                     };
                     let bounce = bounce.filter(LocalSample::is_usable)?;
+                    is_specular &= bounce.is_specular;
                     if bounce.is_transmission {
-                        let mut sample = LocalSample::rough(orient(bounce.wi), beta * (bounce.f / bounce.pdf), 1.0);
-                        sample.pdf_is_proportional = true;
+                        let sample = LocalSample::rough(orient(bounce.wi), beta * (bounce.f / bounce.pdf), 1.0);
+                        let sample = LocalSample { is_specular, pdf_is_proportional, ..sample };
                         return sample.f.is_finite().then_some(sample);
                     }
                     beta *= bounce.weight();
@@ -243,15 +279,9 @@ impl CoatedDiffuse {
         None
     }
 
-    /// The albedo under diffuse light, with the coat taken as smooth: F + (1−F)(1−F_i)ρ / (1−F_iρ).
+    /// The albedo towards `wo`, with the coat taken as smooth and clear.
     pub fn albedo(&self, wo: Vec3) -> Rgb {
-        let outer = fresnel::dielectric(wo.z.abs(), self.top.eta);
-        let inner = fresnel::mean_internal(self.top.eta.max(1.0));
-        let path = 2.0 * self.thickness();
-        self.base.reflectance.map(|r| {
-            let r = r * (-path).exp();
-            outer + (1.0 - outer) * (1.0 - inner) * r / (1.0 - inner * r)
-        })
+        self.base.coated_albedo(wo.z.abs(), self.top.eta, self.thickness())
     }
 
     fn thickness(&self) -> f32 {

@@ -1,26 +1,36 @@
 //! Materials: textures evaluated at a point give a [`Bsdf`], which is evaluated and sampled.
 //!
-//! One file an idea: `bsdf.rs` is the interface, `diffuse.rs`, `conductor.rs`, `dielectric.rs` and `layered.rs` the kinds of
-//! scattering (in the local frame), `microfacet.rs` and `fresnel.rs` what they are made of, `texture.rs`,
-//! `texture_mapping.rs`, `image_texture.rs`, `procedural.rs` the inputs, `opacity.rs` alpha masks, `build.rs`, `build_texture.rs` and
-//! `build_procedural.rs` the way from a scene file.
+//! One file an idea: `bsdf.rs` is the interface, `diffuse.rs`, `diffuse_transmission.rs`, `conductor.rs`, `dielectric.rs`,
+//! `thin_dielectric.rs`, `layered.rs` (over `base.rs`) and `hair/` the kinds of scattering (in the local frame), `microfacet.rs`,
+//! `fresnel.rs` and `subsurface.rs` what they are made of, `kinds.rs` the materials with their inputs, `texture.rs`,
+//! `texture_mapping.rs`, `image_texture.rs` and `procedural.rs` the inputs, `relief.rs` normal and bump maps, `opacity.rs` alpha masks, `build.rs`, `build_kind.rs`,
+//! `build_relief.rs`, `build_texture.rs` and `build_procedural.rs` the way from a scene file.
 
+pub mod base;
 pub mod bsdf;
 pub mod build;
+mod build_kind;
 mod build_procedural;
+mod build_relief;
 pub mod build_texture;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
+pub mod diffuse_transmission;
 pub mod fresnel;
+pub mod hair;
 pub mod image_texture;
+mod kinds;
 pub mod layered;
 pub mod local;
 pub mod microfacet;
 pub mod opacity;
 pub mod procedural;
+pub mod relief;
+pub mod subsurface;
 pub mod texture;
 pub mod texture_mapping;
+pub mod thin_dielectric;
 
 #[cfg(test)]
 mod tests;
@@ -30,13 +40,9 @@ use glam::{Vec2, Vec3};
 pub use bsdf::{Bsdf, BsdfSample, Lobe};
 
 use crate::geometry::SurfacePoint;
-use crate::math::phase::HenyeyGreenstein;
-use crate::math::{Frame, ONE_MINUS_EPSILON, Rgb};
-use conductor::Conductor;
-use dielectric::Dielectric;
-use diffuse::Diffuse;
-use layered::CoatedDiffuse;
-use microfacet::TrowbridgeReitz;
+use crate::math::{Frame, ONE_MINUS_EPSILON};
+use kinds::Material;
+use relief::Relief;
 use texture::{FloatInput, RgbInput, Textures};
 
 /// A material, by its place in [`Materials`].
@@ -58,8 +64,10 @@ pub struct TexturePoint {
 #[derive(Debug, Default)]
 pub struct Materials {
     list: Vec<Material>,
-    /// Whether light passes through each.
-    transmissive: Vec<bool>,
+    /// What is known of each, of mixes by their parts.
+    traits: Vec<Traits>,
+    /// The relief of each; empty where none has any.
+    reliefs: Vec<Relief>,
     textures: Textures,
     alphas: Vec<Alpha>,
     loader: build_texture::Loader,
@@ -73,54 +81,13 @@ struct Alpha {
     is_spatial: bool,
 }
 
-/// A material with its inputs.
-#[derive(Clone, Copy, Debug)]
-enum Material {
-    Diffuse { reflectance: RgbInput },
-    Conductor { metal: Metal, roughness: Roughness },
-    Dielectric { eta: FloatInput, roughness: Roughness },
-    CoatedDiffuse(Coat),
-    Mix { materials: [MaterialId; 2], amount: FloatInput },
-    Interface,
-}
-
-/// How a metal is described.
-#[derive(Clone, Copy, Debug)]
-enum Metal {
-    Index { eta: RgbInput, k: RgbInput },
-    Reflectance(RgbInput),
-}
-
-/// Roughness along and across the tangent.
-#[derive(Clone, Copy, Debug)]
-struct Roughness {
-    u: FloatInput,
-    v: FloatInput,
-    /// Whether α is the square root of the input.
-    remap: bool,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Coat {
-    reflectance: RgbInput,
-    roughness: Roughness,
-    thickness: FloatInput,
-    eta: FloatInput,
-    g: FloatInput,
-    albedo: RgbInput,
-    max_depth: u32,
-    samples: u32,
-}
-
-impl Roughness {
-    #[inline]
-    fn distribution(&self, textures: &Textures, point: &TexturePoint) -> TrowbridgeReitz {
-        let alpha = |input: &FloatInput| {
-            let roughness = input.evaluate(textures, point).max(0.0);
-            if self.remap { TrowbridgeReitz::roughness_to_alpha(roughness) } else { roughness }
-        };
-        TrowbridgeReitz::new(alpha(&self.u), alpha(&self.v))
-    }
+/// What holds for a material, or for any of those that it mixes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Traits {
+    /// Light passes through.
+    is_transmissive: bool,
+    /// Surfaces are fibres.
+    is_fibre: bool,
 }
 
 impl Materials {
@@ -129,47 +96,16 @@ impl Materials {
     pub fn bsdf(&self, material: MaterialId, point: &SurfacePoint, _wo: Vec3, u: f32, seed: u32) -> Bsdf {
         let at = TexturePoint { p: point.p, n: point.ng, uv: point.uv };
         let frame = Frame::from_zx(point.ns, point.dpdu);
-        let textures = &self.textures;
-        let lobe = match self.resolve_mix(material, &at, u) {
-            Material::Diffuse { reflectance } => {
-                Lobe::Diffuse(Diffuse { reflectance: reflectance.evaluate(textures, &at).clamp(0.0, 1.0) })
-            }
-            Material::Conductor { metal, roughness } => {
-                let (eta, k) = match metal {
-                    Metal::Index { eta, k } => (eta.evaluate(textures, &at), k.evaluate(textures, &at)),
-                    Metal::Reflectance(r) => (Rgb::WHITE, fresnel::k_from_reflectance(r.evaluate(textures, &at))),
-                };
-                Lobe::Conductor(Conductor { distribution: roughness.distribution(textures, &at), eta, k })
-            }
-            Material::Dielectric { eta, roughness } => {
-                let distribution = roughness.distribution(textures, &at);
-                Lobe::Dielectric(Dielectric { distribution, eta: valid_eta(eta.evaluate(textures, &at)) })
-            }
-            Material::CoatedDiffuse(coat) => Lobe::CoatedDiffuse(CoatedDiffuse {
-                top: Dielectric {
-                    distribution: coat.roughness.distribution(textures, &at),
-                    eta: valid_eta(coat.eta.evaluate(textures, &at)),
-                },
-                base: Diffuse { reflectance: coat.reflectance.evaluate(textures, &at).clamp(0.0, 1.0) },
-                thickness: coat.thickness.evaluate(textures, &at),
-                albedo: coat.albedo.evaluate(textures, &at).clamp(0.0, 1.0),
-                phase: HenyeyGreenstein::new(coat.g.evaluate(textures, &at)),
-                max_depth: coat.max_depth,
-                samples: coat.samples,
-                seed,
-            }),
-            Material::Interface | Material::Mix { .. } => Lobe::Passthrough,
-        };
-        Bsdf::new(frame, lobe)
+        let material = &self.list[self.resolve_mix(material, &at, u).0 as usize];
+        Bsdf::new(frame, material.lobe(&self.textures, &at, seed))
     }
 
     /// Follows mixes down to a material that is none: the second is taken with probability `amount`. Building has made sure
     /// that mixes do not contain themselves.
-    fn resolve_mix(&self, material: MaterialId, at: &TexturePoint, mut u: f32) -> Material {
-        let mut material = self.list[material.0 as usize];
-        while let Material::Mix { materials, amount } = material {
+    fn resolve_mix(&self, mut material: MaterialId, at: &TexturePoint, mut u: f32) -> MaterialId {
+        while let Material::Mix { materials, amount } = &self.list[material.0 as usize] {
             let amount = amount.evaluate(&self.textures, at).clamp(0.0, 1.0);
-            let next = if u < amount {
+            material = if u < amount {
                 u /= amount;
                 materials[1]
             } else {
@@ -177,7 +113,6 @@ impl Materials {
                 materials[0]
             };
             u = u.min(ONE_MINUS_EPSILON);
-            material = self.list[next.0 as usize];
         }
         material
     }
@@ -189,8 +124,10 @@ impl Materials {
 
     /// Whether surfaces of `material` surely reflect and transmit nothing.
     pub fn is_black(&self, material: MaterialId) -> bool {
-        let material = self.list[material.0 as usize];
-        matches!(material, Material::Diffuse { reflectance: RgbInput::Constant(colour) } if colour.is_black())
+        match &self.list[material.0 as usize] {
+            Material::Diffuse { reflectance: RgbInput::Constant(colour) } => colour.is_black(),
+            _ => false,
+        }
     }
 
     /// Whether [`Materials::bsdf`] looks at its `u` for this material.
@@ -201,7 +138,17 @@ impl Materials {
 
     /// Whether light can pass through surfaces of `material`, so that the media behind them can be seen.
     pub fn is_transmissive(&self, material: MaterialId) -> bool {
-        self.transmissive[material.0 as usize]
+        self.traits[material.0 as usize].is_transmissive
+    }
+
+    /// Whether surfaces of `material` are fibres: they have no inside.
+    pub fn is_fibre(&self, material: MaterialId) -> bool {
+        self.traits[material.0 as usize].is_fibre
+    }
+
+    /// How many materials have a normal map or a displacement.
+    pub fn reliefs_in_use(&self) -> usize {
+        self.reliefs.iter().filter(|relief| !matches!(relief, Relief::None)).count()
     }
 
     /// How many materials there are.
@@ -232,14 +179,10 @@ impl Materials {
     /// Bytes held: tables and images.
     pub fn memory(&self) -> usize {
         size_of_val(&*self.list)
+            + size_of_val(&*self.traits)
+            + size_of_val(&*self.reliefs)
             + size_of_val(&*self.alphas)
             + self.textures.memory()
             + self.loader.images().map(|image| size_of_val(&*image.pixels)).sum::<usize>()
     }
-}
-
-/// An index of refraction of 0 means none was given for that place: no boundary (pbrt-v4).
-#[inline]
-fn valid_eta(eta: f32) -> f32 {
-    if eta > 0.0 && eta.is_finite() { eta } else { 1.0 }
 }

@@ -63,6 +63,10 @@ fn texture_coordinates(kind: &ShapeKind, primitive: u32, uv: [f32; 2]) -> Vec2 {
             let [a, b, c, d] = mesh.indices[primitive as usize].map(|i| mesh.uvs[i as usize]);
             a.lerp(b, u).lerp(c.lerp(d, u), v)
         }
-        ShapeKind::Sphere(_) | ShapeKind::Disk(_) | ShapeKind::Cylinder(_) | ShapeKind::Curves(_) => Vec2::new(u, v),
+        ShapeKind::Sphere(_) | ShapeKind::Disk(_) | ShapeKind::Cylinder(_) => Vec2::new(u, v),
+        ShapeKind::Curves(curves) => {
+            let [start, end] = curves.parameters[primitive as usize];
+            Vec2::new(start + (end - start) * v, u)
+        }
     }
 }

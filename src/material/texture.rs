@@ -5,11 +5,17 @@
 
 use std::sync::Arc;
 
+use glam::Vec2;
+
 use super::TexturePoint;
 use super::image_texture::ImageMap;
 use super::procedural::{Marble, NoiseTexture, Weight};
 use super::texture_mapping::Mapping2d;
 use crate::math::Rgb;
+
+/// The step of the texture coordinates over which a texture's slope is taken, unless its images say how fine they are (pbrt-v4, section
+/// 10.5.4).
+const STEP: f32 = 0.0005;
 
 /// A float texture, by its place in [`Textures`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,6 +130,26 @@ impl Textures {
         match input {
             RgbInput::Constant(_) => 0,
             RgbInput::Texture(id) => self.rgbs[id.0 as usize].1,
+        }
+    }
+
+    /// A step of the texture coordinates, above 0, over which the slope of `input` may be taken: half a texel of its finest image.
+    pub fn step(&self, input: FloatInput) -> Vec2 {
+        let finest = self.finest(input);
+        if finest.is_finite() { finest } else { Vec2::splat(STEP) }
+    }
+
+    /// Infinite for what is the same everywhere.
+    fn finest(&self, input: FloatInput) -> Vec2 {
+        let FloatInput::Texture(id) = input else { return Vec2::INFINITY };
+        match &self.floats[id.0 as usize].0 {
+            FloatTexture::Scale(texture, scale) => self.finest(*texture).min(self.finest(*scale)),
+            FloatTexture::Image(map) => map.half_texel(),
+            FloatTexture::Blend(a, b, weight) => {
+                let amount = if let Weight::Input(amount) = weight { self.finest(*amount) } else { Vec2::INFINITY };
+                self.finest(*a).min(self.finest(*b)).min(amount)
+            }
+            FloatTexture::Bilinear(..) | FloatTexture::Noise(_) => Vec2::INFINITY,
         }
     }
 

@@ -54,6 +54,8 @@ impl Plan {
         plan.decide_one("depth of field", camera.has_lens(), ["the camera has a lens", "the camera is a pinhole"]);
         plan.decide("opacity", count(Shape::has_opacity), ["shape with alpha", "shapes with alpha"], 0);
         plan.decide("textures", world.materials.textures_in_use(), ["texture", "textures"], world.materials.memory());
+        let reliefs = ["material with a normal map or displacement", "materials with normal maps or displacement"];
+        plan.decide("relief", world.materials.reliefs_in_use(), reliefs, 0);
         let media_bytes = world.media.iter().map(|m| m.memory()).sum();
         plan.decide("media", world.media.len(), ["medium", "media"], media_bytes);
         let grids = world.media.iter().filter(|m| matches!(m, Medium::Grid(_))).count();

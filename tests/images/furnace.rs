@@ -25,6 +25,13 @@ fn surfaces_that_absorb_nothing_are_invisible() {
         ("diffuse", "Material \"diffuse\" \"rgb reflectance\" [1 1 1]\n", 256),
         ("dielectric", "Material \"dielectric\" \"float eta\" 1.5\n", 64),
         ("dense dielectric", "Material \"dielectric\" \"float eta\" 2.4\n", 64),
+        ("pane", "Material \"thindielectric\"\n", 64),
+        (
+            "cloth",
+            "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0.3 0.3] \"rgb transmittance\" [0.7 0.7 0.7]\n",
+            600,
+        ),
+        ("hair", "Material \"hair\" \"rgb sigma_a\" [0 0 0]\n", 600),
         ("dielectric of index 1", "Material \"dielectric\" \"float eta\" 1\n", 16),
         (
             "mix",

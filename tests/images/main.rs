@@ -12,6 +12,7 @@ mod consistency;
 mod determinism;
 mod furnace;
 mod gallery;
+mod materials;
 mod real_files;
 mod references;
 mod view_rays;

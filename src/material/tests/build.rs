@@ -68,7 +68,7 @@ pub(super) fn string(value: &str) -> ParamValue {
     ParamValue::String(vec![value.into()])
 }
 
-fn names(values: [&str; 2]) -> ParamValue {
+pub(super) fn names(values: [&str; 2]) -> ParamValue {
     ParamValue::String(values.map(String::from).to_vec())
 }
 
@@ -98,10 +98,23 @@ pub(super) fn build(scene: &SceneDescription) -> (Materials, Warnings) {
 
 #[test]
 fn every_kind_and_its_defaults() {
-    let kinds = ["diffuse", "conductor", "dielectric", "coateddiffuse", "interface", "hair"];
+    let kinds = [
+        "diffuse",
+        "conductor",
+        "dielectric",
+        "coateddiffuse",
+        "interface",
+        "velvet",
+        "thindielectric",
+        "diffusetransmission",
+        "coatedconductor",
+        "hair",
+        "subsurface",
+        "measured",
+    ];
     let list = kinds.iter().map(|kind| material(kind, kind, vec![])).collect();
     let (materials, warnings) = build(&scene(list, vec![], PathBuf::new()));
-    assert_eq!(materials.len(), 6);
+    assert_eq!(materials.len(), kinds.len());
     assert_eq!(albedo(&materials, 0, 0.0), Rgb::splat(0.5));
     let copper = albedo(&materials, 1, 0.0);
     assert!(copper[0] > 0.9 && copper[2] < 0.6, "{copper:?}");
@@ -111,9 +124,103 @@ fn every_kind_and_its_defaults() {
     assert!(!bsdf(3).is_specular());
     assert!(materials.is_interface(MaterialId(4)) && !materials.is_interface(MaterialId(3)));
     assert!(bsdf(4).sample(Vec3::Z, [0.5; 3]).is_some_and(|s| s.wi == -Vec3::Z && s.is_transmission));
-    assert_eq!(warnings.list().len(), 1);
-    assert!(warnings.list()[0].message.contains("hair"));
+    for (warning, words) in warnings.list().iter().zip(["velvet", "leaves where it enters", "the file is not read"]) {
+        assert!(warning.message.contains(words), "{warning:?}");
+    }
+    assert_eq!(warnings.list().len(), 3);
     assert_eq!(materials.textures_in_use(), 0);
+    assert!(bsdf(6).is_specular() && bsdf(6).is_transmissive() && !bsdf(6).is_fibre());
+    assert!(!bsdf(7).is_specular() && bsdf(7).is_transmissive());
+    assert_eq!(bsdf(7).albedo(Vec3::Z), Rgb::splat(0.5));
+    assert!(bsdf(8).is_specular() && !bsdf(8).is_transmissive());
+    // Copper seen through glass is as red.
+    let coated = albedo(&materials, 8, 0.0);
+    assert!(coated[0] > 0.8 && coated[2] < 0.6, "{coated:?}");
+    assert!(!bsdf(9).is_specular() && bsdf(9).is_fibre());
+    let transmissive: Vec<bool> = (0..12).map(|id| materials.is_transmissive(MaterialId(id))).collect();
+    assert_eq!(
+        transmissive,
+        [2, 4, 6, 7].iter().fold(vec![false; 12], |mut list, &i| {
+            list[i] = true;
+            list
+        })
+    );
+    assert!(materials.is_fibre(MaterialId(9)) && !materials.is_fibre(MaterialId(0)));
+    // pbrt-v4's default matter is nearly white, redder than blue.
+    let matter = albedo(&materials, 10, 0.0);
+    assert!(matter[0] > matter[2] && matter[2] > 0.7 && matter[0] < 1.0, "{matter:?}");
+    assert!(!materials.has_relief());
+}
+
+/// The albedo that a material of this kind and these parameters comes to, and what was warned of.
+fn stated(kind: &str, list: Vec<(&str, ParamValue)>) -> (Rgb, Warnings) {
+    let (materials, warnings) = build(&scene(vec![material("m", kind, list)], vec![], PathBuf::new()));
+    (albedo(&materials, 0, 0.0), warnings)
+}
+
+fn fails(kind: &str, list: Vec<(&str, ParamValue)>) -> String {
+    let scene = scene(vec![material("m", kind, list)], vec![], PathBuf::new());
+    let error = Materials::build(&scene, false, &mut Warnings::default()).expect_err("this is wrong");
+    error.to_string()
+}
+
+#[test]
+fn the_parameters_of_each_kind_count() {
+    let (both, warnings) = stated(
+        "diffusetransmission",
+        vec![("reflectance", floats(0.5)), ("transmittance", floats(0.25)), ("scale", floats(0.8))],
+    );
+    assert!((both[0] - 0.6).abs() < 1e-6 && warnings.list().is_empty());
+    let (_, warnings) =
+        stated("diffusetransmission", vec![("reflectance", floats(0.9)), ("transmittance", floats(0.2))]);
+    assert!(warnings.list()[0].message.contains("more light than it receives"));
+
+    let interface =
+        |eta: f32| vec![("interface.eta", floats(eta)), ("reflectance", floats(0.9)), ("thickness", floats(0.0))];
+    let (bare, warnings) = stated("coatedconductor", interface(1.0));
+    assert!((bare[0] - 0.9).abs() < 1e-3 && warnings.list().is_empty(), "{bare:?} {warnings:?}");
+    let (coated, _) = stated("coatedconductor", interface(1.5));
+    assert!((coated[0] - 0.9).abs() > 1e-3);
+    let names = ["conductor.roughness", "interface.roughness", "interface.vroughness", "conductor.uroughness"];
+    let rough = names.map(|name| (name, floats(0.2))).to_vec();
+    let more = vec![("g", floats(0.1)), ("albedo", floats(0.5)), ("remaproughness", ParamValue::Bool(vec![false]))];
+    let (_, warnings) = stated("coatedconductor", [rough, more].concat());
+    assert!(warnings.list().is_empty(), "{warnings:?}");
+
+    let light = stated("hair", vec![("eumelanin", floats(0.1))]).0;
+    let dark = stated("hair", vec![("eumelanin", floats(8.0))]).0;
+    assert!(light[0] > dark[0] && stated("hair", vec![("sigma_a", floats(0.0))]).0[0] > 0.999);
+    assert!(stated("hair", vec![("color", floats(1.0))]).0[0] > 0.999);
+    let (_, warnings) = stated("hair", vec![("sigma_a", floats(0.1)), ("eumelanin", floats(1.0))]);
+    assert!(warnings.list().len() == 1 && warnings.list()[0].message.contains("\"sigma_a\" is given too"));
+
+    let skin = |r: f32| stated("subsurface", vec![("reflectance", floats(r)), ("mfp", floats(2.0))]);
+    assert!(skin(0.8).0[0] > skin(0.2).0[0] && skin(0.8).1.list().len() == 1);
+    let (black, _) =
+        stated("subsurface", vec![("sigma_a", floats(1.0)), ("sigma_s", floats(0.0)), ("eta", floats(1.0))]);
+    assert!(black[0] < 1e-6, "{black:?}");
+    assert_eq!(stated("measured", vec![("filename", string("x.bsdf"))]).1.list().len(), 1);
+}
+
+#[test]
+fn wrong_values_are_refused_by_name() {
+    for (kind, name, value) in [
+        ("hair", "beta_m", 1.5),
+        ("hair", "beta_n", -0.1),
+        ("hair", "alpha", 100.0),
+        ("hair", "sigma_a", -1.0),
+        ("hair", "eumelanin", -1.0),
+        ("diffusetransmission", "scale", -1.0),
+        ("coatedconductor", "g", 2.0),
+    ] {
+        let message = fails(kind, vec![(name, floats(value))]);
+        assert!(message.contains(&format!("\"{name}\"")), "{message}");
+    }
+    assert!(fails("subsurface", vec![("sigma_a", floats(1.0))]).contains("sigma_s"));
+    let both = vec![("sigma_a", floats(1.0)), ("sigma_s", floats(1.0)), ("reflectance", floats(0.5))];
+    assert!(fails("subsurface", both).contains("reflectance"));
+    let both = vec![("conductor.k", floats(1.0)), ("reflectance", floats(0.5))];
+    assert!(fails("coatedconductor", both).contains("conductor.k"));
 }
 
 #[test]

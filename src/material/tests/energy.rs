@@ -46,6 +46,8 @@ fn furnaces_of_single_scattering() {
                 let sample = match lobe {
                     Lobe::Diffuse(lobe) => lobe.sample(wo, [u[1], u[2]]),
                     Lobe::Conductor(lobe) => lobe.sample(wo, [u[1], u[2]]),
+                    Lobe::ThinDielectric(lobe) => lobe.sample(wo, u[0]),
+                    Lobe::DiffuseTransmission(lobe) => lobe.sample(wo, u[0], [u[1], u[2]]),
                     Lobe::Dielectric(lobe) => lobe.sample(wo, u[0], [u[1], u[2]], Sides::Both, Transport::Importance),
                     _ => unreachable!(),
                 };
@@ -54,8 +56,11 @@ fn furnaces_of_single_scattering() {
             sum
         };
         let white = Lobe::Diffuse(Diffuse { reflectance: Rgb::WHITE });
+        let [reflectance, transmittance] = [0.3, 0.7].map(Rgb::splat);
         for (lobe, expected) in [
             (white, 1.0),
+            (Lobe::ThinDielectric(ThinDielectric { eta: 1.5 }), 1.0),
+            (Lobe::DiffuseTransmission(DiffuseTransmission { reflectance, transmittance }), 1.0),
             (Lobe::Dielectric(dielectric(0.0, 0.0, 1.5)), 1.0),
             (Lobe::Conductor(conductor(0.0, 0.0, 1.0)), 0.9996),
         ] {

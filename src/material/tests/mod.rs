@@ -2,6 +2,8 @@
 
 mod build;
 mod energy;
+mod layered;
+mod relief;
 mod sampling;
 mod textures;
 
@@ -10,9 +12,11 @@ use glam::Vec3;
 use super::conductor::Conductor;
 use super::dielectric::Dielectric;
 use super::diffuse::Diffuse;
+use super::diffuse_transmission::DiffuseTransmission;
 use super::fresnel;
-use super::layered::CoatedDiffuse;
+use super::layered::Coated;
 use super::microfacet::TrowbridgeReitz;
+use super::thin_dielectric::ThinDielectric;
 use super::{Bsdf, Lobe};
 use crate::math::{Frame, Rgb};
 
@@ -34,8 +38,8 @@ fn dielectric(ax: f32, ay: f32, eta: f32) -> Dielectric {
     Dielectric { distribution: TrowbridgeReitz::new(ax, ay), eta }
 }
 
-fn coated(alpha: f32, albedo: f32, thickness: f32, max_depth: u32, seed: u32) -> CoatedDiffuse {
-    CoatedDiffuse {
+fn coated(alpha: f32, albedo: f32, thickness: f32, max_depth: u32, seed: u32) -> Coated<Diffuse> {
+    Coated {
         top: dielectric(alpha, alpha, 1.5),
         base: Diffuse { reflectance: Rgb::splat(1.0) },
         thickness,
@@ -43,6 +47,21 @@ fn coated(alpha: f32, albedo: f32, thickness: f32, max_depth: u32, seed: u32) ->
         phase: crate::math::phase::HenyeyGreenstein::new(0.3),
         max_depth,
         samples: 1,
+        seed,
+    }
+}
+
+/// Metal of 90 % under a coat; roughnesses of both.
+fn coated_metal([coat, metal]: [f32; 2], albedo: f32, thickness: f32, max_depth: u32, seed: u32) -> Coated<Conductor> {
+    let Coated { phase, samples, .. } = coated(coat, albedo, thickness, max_depth, seed);
+    Coated {
+        top: dielectric(coat, coat, 1.5),
+        base: conductor(metal, metal, 0.9),
+        thickness,
+        albedo: Rgb::splat(albedo),
+        phase,
+        max_depth,
+        samples,
         seed,
     }
 }

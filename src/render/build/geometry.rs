@@ -274,7 +274,8 @@ impl<'a> GeometryBuilder<'a> {
     ) -> Result<Vec<ShapeId>, RenderError> {
         let material = MaterialId(entity.material.0);
         let is_boundary = self.materials.is_interface(material);
-        let interface = entity.medium_interface.as_deref().and_then(|names| self.media.numbers.get(names)).copied();
+        let stated = entity.medium_interface.as_deref().filter(|_| !self.materials.is_fibre(material));
+        let interface = stated.and_then(|names| self.media.numbers.get(names)).copied();
         let area_light = entity.area_light.filter(|_| may_emit);
         if is_boundary && area_light.is_some() {
             let message = "an area light on a shape of material \"interface\" is ignored";
