@@ -11,11 +11,11 @@ use lanternfish::film::exr::read_exr_layers;
 /// listed says nothing else.
 const SAYS: &[(&str, i32, &[&str])] = &[
     ("test_geolight_no_geo", 0, &["this block is never ended"]),
-    ("test_goniometriclight", 0, &["light type \"goniometric\" is not supported: the light is left out"]),
-    ("test_goniometriclight_no_color", 0, &["light type \"goniometric\" is not supported: the light is left out"]),
-    ("test_projectorlight", 0, &["light type \"projection\" is not supported: the light is left out"]),
-    ("test_projectorlight_no_color", 0, &["light type \"projection\" is not supported: the light is left out"]),
     // The image is not among the files.
+    ("test_goniometriclight", 3, &["tex.exr"]),
+    ("test_goniometriclight_no_color", 3, &["tex.exr"]),
+    ("test_projectorlight", 3, &["tex.exr"]),
+    ("test_projectorlight_no_color", 3, &["tex.exr"]),
     ("test_gridlight_tex", 3, &["tex.exr"]),
     ("test_callback_parm_material", 0, &["tex.exr"]),
     ("test_tubelight", 0, &["shapes of type \"cylinder\" are not supported; it is left out"]),
@@ -29,10 +29,6 @@ const SAYS: &[(&str, i32, &[&str])] = &[
 
 /// Scenes whose picture must be black: their only light is left out, or there is none.
 const DARK: &[&str] = &[
-    "test_goniometriclight",
-    "test_goniometriclight_no_color",
-    "test_projectorlight",
-    "test_projectorlight_no_color",
     "test_sunlight",
     "test_tubelight",
 ];

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use super::super::GalleryError;
 use super::super::volume::smoothstep;
 use crate::film::image::{Image, write_png};
-use crate::light::environment::equal_area_square_to_sphere;
+use crate::light::sphere_image::equal_area_square_to_sphere;
 
 const PIXELS: usize = 256;
 
