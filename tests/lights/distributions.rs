@@ -132,7 +132,9 @@ fn photometric_files_are_candela_watts_or_relative() {
     // Several at once, each with its own I.
     let many = "Rotate 180 1 0 0 LightSource \"point\" \"string ies\" \"lamp.ies\" \"point3 P\" [1 0 -1  0 -1 -1] \"rgb I\" [1 0 0  0 1 0]";
     let two = [candela, 2.0 * value(45.0, 90.0), 0.0].map(|candela| reflected(candela, at));
-    exactly(&folder, "two points", many, two);
+    let world = format!("{PLATE}AttributeBegin {many} AttributeEnd");
+    let (found, error) = mean_in(folder.path(), &camera(), &world, &Options { spp: 1024, ..Options::default() });
+    (0..3).for_each(|c| assert_mean("two points", found[c], error[c], two[c], 5e-4));
 }
 
 #[test]
@@ -406,7 +408,7 @@ fn agree(folder: &Path, world: &str, spp: u32, volume_lights: VolumeLights) {
         for c in 0..3 {
             let both = error[c].hypot(other_error[c]);
             println!("{name}: {:.5} ± {:.5} and {:.5} ± {:.5}", mean[c], error[c], other[c], other_error[c]);
-            assert!(both < 1e-2 * mean[c], "{name}: {both} is too large to tell");
+            assert!(both < 1.2e-2 * mean[c], "{name}: {both} is too large to tell");
             assert_mean(name, other[c], both, mean[c], 0.0);
         }
     }
@@ -440,7 +442,7 @@ fn selectors_agree_on_surfaces() {
 #[test]
 fn selectors_agree_in_media_that_glow() {
     let folder = folder();
-    agree(folder.path(), &format!("{}{}{}", lights(|_| true), surfaces(), media()), 512, VolumeLights::Auto);
+    agree(folder.path(), &format!("{}{}{}", lights(|_| true), surfaces(), media()), 768, VolumeLights::Auto);
 }
 
 #[test]
@@ -468,12 +470,12 @@ fn what_is_wrong_is_said() {
     for (world, expected) in [
         (
             "LightSource \"point\" \"string ies\" \"short.ies\"",
-            "short.ies: line 11: the file ends before a candela value",
+            "short.ies: line 10: the file ends before a candela value",
         ),
         ("LightSource \"point\" \"string ies\" \"quarters.pfm\"", "not an IES file"),
         ("LightSource \"point\" \"string ies\" \"none.ies\"", "none.ies"),
         ("LightSource \"point\" \"string ies\" \"lamp.ies\" \"string iesunits\" \"lux\"", "\"iesunits\""),
-        ("LightSource \"spot\" \"string ies\" \"short.ies\"", "line 11"),
+        ("LightSource \"spot\" \"string ies\" \"short.ies\"", "line 10"),
         ("LightSource \"goniometric\" \"string filename\" \"halves.png\"", "halves.png"),
         ("LightSource \"goniometric\" \"string filename\" \"lamp.ies\"", "lamp.ies"),
         ("LightSource \"projection\"", "needs an image"),
@@ -481,7 +483,7 @@ fn what_is_wrong_is_said() {
         ("LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0]", "four points"),
         ("LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0.2 1 0]", "rectangle"),
         ("AreaLightSource \"diffuse\" \"string filename\" \"none.pfm\" Shape \"sphere\"", "none.pfm"),
-        ("AreaLightSource \"diffuse\" \"string ies\" \"short.ies\" Shape \"sphere\"", "line 11"),
+        ("AreaLightSource \"diffuse\" \"string ies\" \"short.ies\" Shape \"sphere\"", "line 10"),
         (
             "AreaLightSource \"diffuse\" \"string ies\" \"lamp.ies\" \"vector3 iesreference\" [0 0 0] Shape \"sphere\"",
             "a direction",
