@@ -28,10 +28,7 @@ const SAYS: &[(&str, i32, &[&str])] = &[
 ];
 
 /// Scenes whose picture must be black: their only light is left out, or there is none.
-const DARK: &[&str] = &[
-    "test_sunlight",
-    "test_tubelight",
-];
+const DARK: &[&str] = &["test_sunlight", "test_tubelight"];
 
 fn scenes(folder: &Path, found: &mut BTreeSet<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("the folder can be listed") {
