@@ -55,7 +55,8 @@ fn values_are_bilinear_between_angles() {
 fn symmetry_fills_what_is_left_out() {
     // A smooth distribution with each symmetry, stated in full and in part.
     let vertical = steps(0.0, 180.0, 15.0);
-    let cases: [(&[f32], fn(f32) -> f32); 4] = [
+    type Shape = fn(f32) -> f32;
+    let cases: [(&[f32], Shape); 4] = [
         (&[0.0], |_| 1.0),
         (&[0.0, 90.0], |h| 2.0 + (2.0 * h).to_radians().cos()),
         (&[0.0, 180.0], |h| 2.0 + h.to_radians().cos()),
