@@ -232,6 +232,19 @@ fn a_portal_lets_the_sky_in_by_its_form_factor() {
         assert!(error[c] < 2e-3 * mean[c], "too noisy");
         assert_mean("portal", mean[c], error[c], RHO / PI * radiance * factor, 1e-4);
     }
+    // By illuminance: what the whole sky, image or not, would give a surface that faces its +z.
+    for sky in ["", "\"string filename\" \"sky.pfm\""] {
+        let light = |more: &str| format!("LightSource \"infinite\" {sky} \"float illuminance\" 5 {more}");
+        let [open, through] = ["", portal].map(|more| {
+            let world = format!("{PLATE}{}", light(more));
+            mean_in(folder.path(), &camera(), &world, &Options { spp: 2048, ..Options::default() })
+        });
+        assert_mean("illuminance", open.0[1], open.1[1], RHO / PI * 5.0, if sky.is_empty() { 1e-4 } else { 0.2 });
+        assert!(through.0[1] < 0.5 * open.0[1], "a part of it comes through");
+        if sky.is_empty() {
+            assert_mean("illuminance", through.0[1], through.1[1], RHO / PI * 5.0 / PI * factor, 1e-4);
+        }
+    }
     // A mirror at the origin sees the sky through it, and nothing beside it.
     let mirror = "Material \"conductor\" \"rgb reflectance\" [1 1 1] Shape \"disk\" \"float radius\" 50\n";
     for (from, expected) in [([-70.0, -20.0, 90.0], 2.0), ([70.0, -20.0, 90.0], 0.0), ([-70.0, 20.0, 90.0], 0.0)] {
@@ -299,6 +312,16 @@ fn an_image_on_an_emitter_is_seen_where_it_is() {
     let expected = [0, 1, 2].map(|c| factor * gathered(|u, _, _| texel(c, u)));
     let power = "\"string filename\" \"halves.pfm\" \"float power\" 30 \"bool twosided\" true";
     lit_by_rectangle(&folder, "power", power, expected);
+    // Half of it is there, wherever it is.
+    let there = "\"string filename\" \"halves.pfm\" \"float scale\" 2";
+    for shape in rectangle(there).map(|shape| format!("{shape} \"float alpha\" 0.5")) {
+        let world = format!("{PLATE}AttributeBegin {shape} AttributeEnd");
+        let (mean, error) = mean_in(folder.path(), &low_camera(), &world, &Options { spp: 4096, ..Options::default() });
+        for c in 0..3 {
+            assert!(error[c] < 6e-3 * mean[c], "alpha: too noisy");
+            assert_mean("alpha", mean[c], error[c], 0.5 * RHO / PI * 2.0 * gathered(|u, _, _| texel(c, u)), 1e-4);
+        }
+    }
     // Seen by itself: from below, so that u runs to the right where x does.
     for (x, v) in [(-0.8, 1.0), (0.8, 3.0)] {
         let shot = Shot { from: [x, 0.0, 0.0], to: [x, 0.001, 1.0], fov: 0.1, size: 4, depth: 0 };

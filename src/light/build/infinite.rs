@@ -14,7 +14,7 @@ use crate::scene::ParamSet;
 impl Builder<'_> {
     /// Light from infinity, turned by `to_render`.
     pub(super) fn infinite(&mut self, params: &ParamSet, to_render: Mat3) -> Result<()> {
-        let illuminance = params.float_opt("illuminance")?.filter(|&e| e > 0.0);
+        let mut illuminance = params.float_opt("illuminance")?.filter(|&e| e > 0.0);
         let portal = self.portal(params)?;
         let name = params.string("filename")?;
         if name.is_none() && portal.is_none() {
@@ -24,7 +24,10 @@ impl Builder<'_> {
         }
         let mut scale = self.emission(params, "L")?;
         let image = match name {
-            None => SphereImage::new(Layout::Octahedral, 1, 1, vec![[1.0; 3]]),
+            None => {
+                scale *= illuminance.take().map_or(1.0, |e| e / PI);
+                SphereImage::new(Layout::Octahedral, 1, 1, vec![[1.0; 3]])
+            }
             Some(name) => {
                 let colours = self.colours(params, name)?;
                 self.sphere_image(params, name, colours)?
