@@ -13,7 +13,7 @@ use super::{IesProfile, Photometry, Table};
 use crate::system::input::read_regular;
 
 /// No file may have more bytes than this.
-const MAX_BYTES: u64 = 64 << 20;
+const MAX_BYTES: u64 = 8 << 20;
 
 /// Nor more angles of one kind than this: a hundredth of a degree.
 const MOST_ANGLES: usize = 36_001;
