@@ -42,7 +42,8 @@ fn slide(width: usize, height: usize) -> Arc<Slide> {
     Arc::new(Slide::new(width, height, (0..width * height).map(next).collect()))
 }
 
-fn all() -> Vec<(&'static str, IntensityDistribution)> {
+/// One of each kind.
+pub(super) fn all() -> Vec<(&'static str, IntensityDistribution)> {
     let stretch = Mat3::from_diagonal(Vec3::new(1.4, 0.8, 1.0));
     vec![
         ("octahedral", image(Layout::Octahedral, 12)),
