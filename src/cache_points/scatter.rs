@@ -211,7 +211,7 @@ fn lobe(
         (Some(LightRef::Distant(light)), None) => add(place.p, light.wi),
         (Some(LightRef::Infinite(light)), None) => {
             for _ in 0..BACKGROUND_DIRECTIONS {
-                if let Some(sample) = light.sample(next(), f64::from(next()[0])) {
+                if let Some(sample) = light.sample(place.p, next(), f64::from(next()[0])) {
                     add(place.p, sample.wi);
                 }
             }

@@ -6,7 +6,8 @@
 
 use glam::Vec3;
 
-use crate::light::{LightId, LightRef, Lights, Receiver, SpotLight};
+use crate::light::contribution::Beam;
+use crate::light::{LightId, Lights, Receiver};
 use crate::math::sampler::{Stream, mix};
 
 /// Points scattered in boxes, at most.
@@ -67,34 +68,32 @@ pub fn scatter_in_boxes(boxes: &[(Vec3, Vec3)], count: usize, out: &mut Vec<Cand
     }
 }
 
-/// The narrow spots among the lights.
-pub fn beams(lights: &Lights) -> impl Iterator<Item = (LightId, &SpotLight)> + Clone {
-    lights.ids().filter_map(|id| match lights.get(id) {
-        LightRef::Spot(spot) if spot.cos_end > BEAM_COSINE && !spot.intensity.is_black() => Some((id, spot)),
-        _ => None,
-    })
+/// The lights that shine into narrow cones.
+pub fn beams(lights: &Lights) -> impl Iterator<Item = (LightId, Beam)> + Clone {
+    let is_narrow = |(id, beam): &(LightId, Beam)| beam.cos_end > BEAM_COSINE && !lights.is_dark(*id);
+    lights.ids().filter_map(|id| Some((id, lights.beam(id)?))).filter(is_narrow)
 }
 
 /// Places along the axes of narrow beams, as far as `low` to `high` reaches: beams are seen only where something scatters in them, so
 /// scenes without media need none.
 pub fn along_beams(lights: &Lights, (low, high): (Vec3, Vec3), out: &mut Vec<Candidate>) {
-    let beams = beams(lights).map(|(_, spot)| spot);
+    let beams = beams(lights).map(|(_, beam)| beam);
     let count = beams.clone().count();
     if count == 0 {
         return;
     }
     let each = (MOST_IN_BEAMS / count).clamp(1, MOST_IN_BEAM);
-    for (number, spot) in beams.take(MOST_IN_BEAMS).enumerate() {
-        let length = distance_inside(spot.p, spot.axis, low, high);
+    for (number, beam) in beams.take(MOST_IN_BEAMS).enumerate() {
+        let length = distance_inside(beam.p, beam.axis, low, high);
         if !(length > 0.0 && length.is_finite()) {
             continue;
         }
         let mut stream = Stream::from_seed(mix(0x0bea_0000 + number as u64));
-        let tan = (1.0 - spot.cos_end * spot.cos_end).max(0.0).sqrt() / spot.cos_end;
+        let tan = (1.0 - beam.cos_end * beam.cos_end).max(0.0).sqrt() / beam.cos_end;
         for k in 0..each {
             let t = length * (k as f32 + stream.next_f32()) / each as f32;
             let around = crate::math::warp::uniform_sphere([stream.next_f32(), stream.next_f32()]);
-            out.push(Candidate::in_space(spot.p + t * (spot.axis + around * (0.5 * tan))));
+            out.push(Candidate::in_space(beam.p + t * (beam.axis + around * (0.5 * tan))));
         }
     }
 }
@@ -109,6 +108,7 @@ fn distance_inside(p: Vec3, direction: Vec3, low: Vec3, high: Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::SpotLight;
     use crate::math::Rgb;
 
     #[test]

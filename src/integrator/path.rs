@@ -245,10 +245,11 @@ pub(super) fn walk<const MEDIA: bool>(
 
         let Some(hit) = hit else {
             for &light in world.lights.infinite() {
-                let radiance = world.lights.background(light, ray.direction);
+                let radiance = world.lights.background(light, ray.origin, ray.direction);
                 if !radiance.is_black() {
                     let weight = mis_weight(world, &path, sampled_from, light, scratch, || {
-                        world.lights.background_pdf(light, ray.direction)
+                        let from = sampled_from.unwrap_or(ray.origin);
+                        world.lights.background_pdf(light, from, ray.direction)
                     });
                     layers.add(weight * radiance, depth, false);
                 }

@@ -32,7 +32,7 @@ pub fn seen<const MEDIA: bool>(world: &World, mut ray: Ray, random: &SamplePoint
 fn radiance(world: &World, ray: &Ray, hit: Option<&RayHit>) -> Rgb {
     let lights = &world.lights;
     let Some(hit) = hit else {
-        return lights.infinite().iter().map(|&light| lights.background(light, ray.direction)).sum();
+        return lights.infinite().iter().map(|&light| lights.background(light, ray.origin, ray.direction)).sum();
     };
     let Some(light) = world.geometry.shapes[hit.shape.0 as usize].light.map(LightId) else { return Rgb::BLACK };
     let point = world.geometry.surface_point(ray, hit);

@@ -6,8 +6,6 @@
 //! "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, section 3: every cosine is the largest that
 //! any direction into the sphere could have, and a distance is never taken as less than the sphere's radius.
 
-use std::f32::consts::PI;
-
 use glam::Vec3;
 
 use super::emitters::Emitter;
@@ -25,12 +23,12 @@ impl Lights {
                 let w = (receiver.p() - light.p).normalize_or(light.axis);
                 light.intensity.luminance() * light.falloff(w.dot(light.axis)) * from_point(light.p, receiver)
             }
+            LightRef::Goniometric(light) => {
+                let w = (receiver.p() - light.p).normalize_or(light.axis());
+                light.intensity_towards(w).luminance() * from_point(light.p, receiver)
+            }
             LightRef::Distant(light) => light.irradiance.luminance() * cosine(receiver, light.wi),
-            LightRef::Infinite(light) => match *receiver {
-                Receiver::Surface { ns, two_sided: false, .. } => light.irradiance(ns),
-                Receiver::Surface { ns, two_sided: true, .. } => light.irradiance(ns) + light.irradiance(-ns),
-                Receiver::Medium { .. } => 4.0 * PI * light.mean_radiance().luminance(),
-            },
+            LightRef::Infinite(light) => light.contribution(receiver),
             LightRef::Volume(light) => light.contribution(receiver),
         };
         // NaN becomes 0.
@@ -45,8 +43,31 @@ impl Lights {
             LightRef::Area(light) => Some(light.bounds.centre),
             LightRef::Point(light) => Some(light.p),
             LightRef::Spot(light) => Some(light.p),
+            LightRef::Goniometric(light) => Some(light.p),
             LightRef::Volume(light) => Some(light.bounds().centre()),
             LightRef::Distant(_) | LightRef::Infinite(_) => None,
+        }
+    }
+}
+
+/// The cone that a light from a point shines into.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam {
+    /// Its tip, in render space.
+    pub p: Vec3,
+    /// Unit axis, away from the light.
+    pub axis: Vec3,
+    /// Cosine of its half angle.
+    pub cos_end: f32,
+}
+
+impl Lights {
+    /// The cone of a spot, or around the light of a point that does not shine alike in all directions.
+    pub fn beam(&self, id: LightId) -> Option<Beam> {
+        match self.get(id) {
+            LightRef::Spot(light) => Some(Beam { p: light.p, axis: light.axis, cos_end: light.cos_end }),
+            LightRef::Goniometric(light) => Some(Beam { p: light.p, axis: light.axis(), cos_end: light.cos_end() }),
+            _ => None,
         }
     }
 }

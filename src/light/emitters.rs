@@ -101,7 +101,7 @@ impl AreaLight {
     pub(super) fn strength(&self) -> f32 {
         // How much of the surface turns away: a closed one shows a quarter of its area on average.
         let roundness = 0.5 * (1.0 - self.bounds.cos_normals);
-        self.radiance.luminance() * self.area * (1.0 - 0.75 * roundness)
+        self.mean.luminance() * self.area * (1.0 - 0.75 * roundness)
     }
 }
 

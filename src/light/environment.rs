@@ -1,35 +1,24 @@
-//! Images that light the scene from infinity: lookups, and directions drawn in proportion to them.
+//! Images ([`super::sphere_image`]) that light the scene from infinity: lookups, and directions drawn in proportion to them.
 //!
-//! Sources: [`crate::math::equal_area`] for the octahedral square; Pharr, Jakob, Humphreys (4th ed.) sections 3.8.3 and 12.5.2; Ramamoorthi &
-//! Hanrahan, "An Efficient Representation for Irradiance Environment Maps", SIGGRAPH 2001, for the irradiance estimate.
+//! Sources: Pharr, Jakob, Humphreys (4th ed.) section 12.5.2; Ramamoorthi & Hanrahan, "An Efficient Representation for
+//! Irradiance Environment Maps", SIGGRAPH 2001, for the irradiance estimate.
 //!
 //! Lookups are bilinear. The density is constant over each pixel's cell of the sphere and proportional to the *mean of the
 //! bilinear lookup* over that cell, so it is positive wherever the lookup is, also in the pixels beside a lone sun.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use crate::math::equal_area::{equal_area_sphere_to_square, equal_area_square_to_sphere};
+use super::sphere_image::{Layout, SphereImage};
+use crate::math::equal_area::equal_area_square_to_sphere;
 use crate::math::sampler::mix;
 use crate::math::{ONE_MINUS_EPSILON, Rgb};
-
-/// How the image covers the sphere. In both, light space has z up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
-    /// Clarberg's equal-area octahedral map on a square image, as pbrt-v4 requires.
-    Octahedral,
-    /// Columns are φ = 2πu, rows are θ = πv from +z, as pbrt-v4's `imgtool makeequiarea` reads them.
-    LatLong,
-}
 
 /// An image around the scene.
 #[derive(Debug)]
 pub struct Environment {
-    layout: Layout,
-    width: usize,
-    height: usize,
-    pixels: Box<[[f32; 3]]>,
+    image: SphereImage,
     scale: Rgb,
     /// Light space to render space: orthogonal, perhaps a reflection.
     to_render: Mat3,
@@ -46,21 +35,11 @@ pub struct Environment {
 const COLUMN_UNITS: f64 = 4_294_967_296.0;
 
 impl Environment {
-    /// An image of `width` × `height` RGB pixels (finite, not negative; rows from the top), times `scale`, turned by the orthogonal
-    /// matrix `to_render`. `None` for an image without pixels or without light. Needs a square image for [`Layout::Octahedral`].
-    pub fn new(
-        layout: Layout,
-        width: usize,
-        height: usize,
-        pixels: Vec<[f32; 3]>,
-        scale: Rgb,
-        to_render: Mat3,
-    ) -> Option<Self> {
-        assert_eq!(pixels.len(), width * height, "the caller gives one triple a pixel");
+    /// `image` times `scale`, turned by the orthogonal matrix `to_render`. `None` for an image without pixels or without light.
+    pub fn new(image: SphereImage, scale: Rgb, to_render: Mat3) -> Option<Self> {
         let (rows, columns) = (Box::default(), Box::default());
         let (mean, irradiance) = (Rgb::BLACK, [0.0; 9]);
-        let pixels = pixels.into_boxed_slice();
-        let mut environment = Self { layout, width, height, pixels, scale, to_render, rows, columns, mean, irradiance };
+        let mut environment = Self { image, scale, to_render, rows, columns, mean, irradiance };
         environment.tabulate()?;
         environment.project();
         Some(environment)
@@ -68,7 +47,7 @@ impl Environment {
 
     /// Fills `rows` and `columns`.
     fn tabulate(&mut self) -> Option<()> {
-        let (width, height) = (self.width, self.height);
+        let (width, height) = (self.image.width(), self.image.height());
         let mut rows = vec![0.0f64; height + 1];
         let mut columns = vec![0u32; width * height];
         let mut row = vec![0.0f64; width];
@@ -76,10 +55,10 @@ impl Environment {
         for y in 0..height {
             let mut sum = 0.0;
             for (x, weight) in row.iter_mut().enumerate() {
-                *weight = f64::from(self.cell_mean(x as i64, y as i64).mean());
+                *weight = f64::from(self.image.cell_mean(x as i64, y as i64).mean());
                 sum += *weight;
             }
-            total += sum * self.row_solid_angle(y);
+            total += sum * self.image.row_solid_angle(y);
             rows[y + 1] = total;
             quantise(&row, sum, &mut columns[y * width..(y + 1) * width]);
         }
@@ -96,17 +75,12 @@ impl Environment {
     fn project(&mut self) {
         let mut mean = [0.0f64; 3];
         let mut harmonics = [0.0f64; 9];
-        for y in 0..self.height {
-            let solid_angle = self.row_solid_angle(y);
-            for x in 0..self.width {
-                let radiance = self.scale * Rgb::from(self.pixels[y * self.width + x]);
-                let direction = self
-                    .direction(Vec2::new((x as f32 + 0.5) / self.width as f32, (y as f32 + 0.5) / self.height as f32));
-                (0..3).for_each(|c| mean[c] += f64::from(radiance[c]) * solid_angle);
-                let weight = f64::from(radiance.luminance()) * solid_angle;
-                let basis = spherical_harmonics(direction);
-                (0..9).for_each(|i| harmonics[i] += weight * f64::from(basis[i]));
-            }
+        for (colour, direction, solid_angle) in self.image.pixels() {
+            let radiance = self.scale * colour;
+            (0..3).for_each(|c| mean[c] += f64::from(radiance[c]) * solid_angle);
+            let weight = f64::from(radiance.luminance()) * solid_angle;
+            let basis = spherical_harmonics(direction);
+            (0..9).for_each(|i| harmonics[i] += weight * f64::from(basis[i]));
         }
         self.mean = Rgb::from(mean.map(|m| (m / (4.0 * std::f64::consts::PI)) as f32));
         // Ramamoorthi & Hanrahan 2001, equation 8: A₀ = π, A₁ = 2π/3, A₂ = π/4.
@@ -114,101 +88,32 @@ impl Environment {
         (0..9).for_each(|i| self.irradiance[i] = lobe(i) * harmonics[i] as f32);
     }
 
-    /// The solid angle of one pixel of row `y`.
-    fn row_solid_angle(&self, y: usize) -> f64 {
-        let pi = std::f64::consts::PI;
-        match self.layout {
-            Layout::Octahedral => 4.0 * pi / (self.width * self.height) as f64,
-            Layout::LatLong => {
-                let cos = |y: usize| (pi * y as f64 / self.height as f64).cos();
-                (cos(y) - cos(y + 1)) * 2.0 * pi / self.width as f64
-            }
-        }
-    }
-
-    /// The pixel at (x, y), which may lie up to one beyond the edges: there the map goes on as the sphere does.
-    fn pixel(&self, mut x: i64, mut y: i64) -> Rgb {
-        let (w, h) = (self.width as i64, self.height as i64);
-        match self.layout {
-            Layout::Octahedral => {
-                if x < 0 || x >= w {
-                    x = if x < 0 { -1 - x } else { 2 * w - 1 - x };
-                    y = h - 1 - y;
-                }
-                if y < 0 || y >= h {
-                    y = if y < 0 { -1 - y } else { 2 * h - 1 - y };
-                    x = w - 1 - x;
-                }
-            }
-            Layout::LatLong => {
-                if y < 0 || y >= h {
-                    y = if y < 0 { -1 - y } else { 2 * h - 1 - y };
-                    x += w / 2;
-                }
-                x = x.rem_euclid(w);
-            }
-        }
-        let index = y.clamp(0, h - 1) * w + x.clamp(0, w - 1);
-        Rgb::from(self.pixels[index as usize])
-    }
-
-    /// The mean of the bilinear lookup over a pixel's cell: its tent covers the neighbours by 1/8, 6/8, 1/8 along each axis.
-    fn cell_mean(&self, x: i64, y: i64) -> Rgb {
-        let row = |y: i64| self.pixel(x - 1, y) + self.pixel(x, y) * 6.0 + self.pixel(x + 1, y);
-        (row(y - 1) + row(y) * 6.0 + row(y + 1)) * (1.0 / 64.0)
-    }
-
-    fn lookup(&self, uv: Vec2) -> Rgb {
-        let x = uv.x * self.width as f32 - 0.5;
-        let y = uv.y * self.height as f32 - 0.5;
-        let (left, top) = (x.floor(), y.floor());
-        let (fx, fy) = (x - left, y - top);
-        let (left, top) = (left as i64, top as i64);
-        let row = |y: i64| self.pixel(left, y).lerp(self.pixel(left + 1, y), fx);
-        row(top).lerp(row(top + 1), fy)
-    }
-
-    fn direction(&self, uv: Vec2) -> Vec3 {
-        match self.layout {
-            Layout::Octahedral => equal_area_square_to_sphere(uv),
-            Layout::LatLong => {
-                let (theta, phi) = (PI * uv.y, TAU * uv.x);
-                Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
-            }
-        }
-    }
-
-    fn uv(&self, direction: Vec3) -> Vec2 {
-        let w = (self.to_render.transpose() * direction).normalize_or(Vec3::Z);
-        match self.layout {
-            Layout::Octahedral => equal_area_sphere_to_square(w),
-            Layout::LatLong => {
-                let phi = w.y.atan2(w.x);
-                let theta = w.truncate().length().atan2(w.z);
-                Vec2::new(if phi < 0.0 { phi + TAU } else { phi } / TAU, theta / PI).clamp(Vec2::ZERO, Vec2::ONE)
-            }
-        }
-    }
-
     /// The radiance that arrives from the unit direction `direction` (render space).
     #[inline]
     pub fn radiance(&self, direction: Vec3) -> Rgb {
-        self.scale * self.lookup(self.uv(direction))
+        self.scale * self.image.at(self.local(direction))
+    }
+
+    /// `direction` in the image's own space.
+    #[inline]
+    fn local(&self, direction: Vec3) -> Vec3 {
+        (self.to_render.transpose() * direction).normalize_or(Vec3::Z)
     }
 
     /// The solid-angle pdf of [`Environment::sample`].
     pub fn pdf(&self, direction: Vec3) -> f32 {
-        let uv = self.uv(direction);
-        let x = ((uv.x * self.width as f32) as usize).min(self.width - 1);
-        let y = ((uv.y * self.height as f32) as usize).min(self.height - 1);
+        let uv = self.image.uv(self.local(direction));
+        let (width, height) = (self.image.width(), self.image.height());
+        let x = ((uv.x * width as f32) as usize).min(width - 1);
+        let y = ((uv.y * height as f32) as usize).min(height - 1);
         let row = self.rows[y + 1] - self.rows[y];
         let [start, end] = self.column(x, y);
-        (row * (end - start) / COLUMN_UNITS / self.row_solid_angle(y)) as f32
+        (row * (end - start) / COLUMN_UNITS / self.image.row_solid_angle(y)) as f32
     }
 
     /// Where column `x` of row `y` begins and ends, in units of 2⁻³².
     fn column(&self, x: usize, y: usize) -> [f64; 2] {
-        let starts = &self.columns[y * self.width..(y + 1) * self.width];
+        let starts = &self.columns[y * self.image.width()..(y + 1) * self.image.width()];
         [f64::from(starts[x]), starts.get(x + 1).map_or(COLUMN_UNITS, |&s| f64::from(s))]
     }
 
@@ -218,27 +123,28 @@ impl Environment {
         let bits = mix(u_part.to_bits() ^ mix(u64::from(u[0].to_bits()) << 32 | u64::from(u[1].to_bits())));
         let extended = |u: f32, bits: u64| (f64::from(u) + bits as f64 * 0.5f64.powi(56)).min(1.0 - f64::EPSILON);
         let (u0, u1) = (extended(u[0], bits >> 32), extended(u[1], bits & 0xffff_ffff));
+        let (width, height) = (self.image.width(), self.image.height());
         // The last row that begins at or before u1 is the one that is not empty.
-        let y = self.rows.partition_point(|&start| start <= u1).clamp(1, self.height) - 1;
+        let y = self.rows.partition_point(|&start| start <= u1).clamp(1, height) - 1;
         let row = self.rows[y + 1] - self.rows[y];
-        let starts = &self.columns[y * self.width..(y + 1) * self.width];
+        let starts = &self.columns[y * width..(y + 1) * width];
         let position = u0 * COLUMN_UNITS;
         let x = starts.partition_point(|&start| f64::from(start) <= position).max(1) - 1;
         let [start, end] = self.column(x, y);
         let fraction = |f: f64| (f as f32).clamp(0.0, ONE_MINUS_EPSILON);
         let (fx, fy) = (fraction((position - start) / (end - start)), fraction((u1 - self.rows[y]) / row));
-        let pdf = (row * (end - start) / COLUMN_UNITS / self.row_solid_angle(y)) as f32;
-        let local = match self.layout {
+        let pdf = (row * (end - start) / COLUMN_UNITS / self.image.row_solid_angle(y)) as f32;
+        let local = match self.image.layout() {
             Layout::Octahedral => {
-                let size = Vec2::new(self.width as f32, self.height as f32);
+                let size = Vec2::new(width as f32, height as f32);
                 equal_area_square_to_sphere(Vec2::new(x as f32 + fx, y as f32 + fy) / size)
             }
             Layout::LatLong => {
                 // Uniform in solid angle within the cell: uniform in φ and in 1 − cos θ (or 1 + cos θ, whichever is exact).
                 let pi = std::f64::consts::PI;
-                let cos = |y: usize| (pi * y as f64 / self.height as f64).cos();
+                let cos = |y: usize| (pi * y as f64 / height as f64).cos();
                 let z = cos(y) + (cos(y + 1) - cos(y)) * f64::from(fy);
-                let phi = 2.0 * pi * (x as f64 + f64::from(fx)) / self.width as f64;
+                let phi = 2.0 * pi * (x as f64 + f64::from(fx)) / width as f64;
                 let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
                 Vec3::new((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32)
             }
@@ -262,16 +168,7 @@ impl Environment {
 
     /// What a surface facing +z of light space receives, in luminance: pbrt's measure for `illuminance`.
     pub fn upper_illuminance(&self) -> f32 {
-        let mut sum = 0.0f64;
-        for y in 0..self.height {
-            let solid_angle = self.row_solid_angle(y);
-            for x in 0..self.width {
-                let uv = Vec2::new((x as f32 + 0.5) / self.width as f32, (y as f32 + 0.5) / self.height as f32);
-                let radiance = self.scale * Rgb::from(self.pixels[y * self.width + x]);
-                sum += f64::from(radiance.luminance() * self.direction(uv).z.max(0.0)) * solid_angle;
-            }
-        }
-        sum as f32
+        self.image.upper_illuminance(self.scale)
     }
 
     /// Multiplies the radiance from everywhere.
@@ -283,7 +180,7 @@ impl Environment {
 
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
-        size_of_val(&*self.pixels) + size_of_val(&*self.rows) + size_of_val(&*self.columns)
+        self.image.memory() + size_of_val(&*self.rows) + size_of_val(&*self.columns)
     }
 }
 

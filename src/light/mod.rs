@@ -10,11 +10,16 @@ pub mod contribution;
 pub mod distant;
 pub mod emitters;
 pub mod environment;
+pub mod goniometric;
+pub mod ies;
 pub mod infinite;
 pub mod linking;
 pub mod point;
+pub mod portal;
+pub mod projection;
 pub mod sample;
 pub mod selector;
+pub mod sphere_image;
 pub mod spot;
 #[cfg(test)]
 mod tests;
@@ -34,9 +39,11 @@ use crate::medium::MediumId;
 pub use area::AreaLight;
 pub use distant::DistantLight;
 pub use environment::Environment;
+pub use goniometric::{GoniometricLight, IntensityDistribution};
 pub use infinite::InfiniteLight;
 pub use linking::{LinkSet, Linking};
 pub use point::PointLight;
+pub use portal::Portal;
 pub use sample::{LightEnd, LightSample};
 pub use selector::{LightSelector, SelectorKind, SelectorScratch};
 pub use spot::SpotLight;
@@ -124,6 +131,7 @@ pub struct Lights {
     others: Vec<Handle>,
     points: Vec<PointLight>,
     spots: Vec<SpotLight>,
+    goniometrics: Vec<GoniometricLight>,
     distants: Vec<DistantLight>,
     infinites: Vec<InfiniteLight>,
     volumes: Vec<VolumeLight>,
@@ -161,6 +169,7 @@ const SPOT: u32 = 1;
 const DISTANT: u32 = 2;
 const INFINITE: u32 = 3;
 const VOLUME: u32 = 4;
+const GONIOMETRIC: u32 = 5;
 
 /// One light, whatever its type.
 #[derive(Clone, Copy, Debug)]
@@ -171,6 +180,8 @@ pub enum LightRef<'a> {
     Point(&'a PointLight),
     /// A point with a cone.
     Spot(&'a SpotLight),
+    /// A point with an intensity for each direction.
+    Goniometric(&'a GoniometricLight),
     /// Parallel light.
     Distant(&'a DistantLight),
     /// A background.
@@ -209,6 +220,7 @@ impl Lights {
             SPOT => LightRef::Spot(&self.spots[index]),
             DISTANT => LightRef::Distant(&self.distants[index]),
             INFINITE => LightRef::Infinite(&self.infinites[index]),
+            GONIOMETRIC => LightRef::Goniometric(&self.goniometrics[index]),
             _ => LightRef::Volume(&self.volumes[index]),
         }
     }
@@ -228,6 +240,7 @@ impl Lights {
         match handle >> INDEX_BITS {
             POINT => prefetch_index(&self.points, index),
             SPOT => prefetch_index(&self.spots, index),
+            GONIOMETRIC => prefetch_index(&self.goniometrics, index),
             _ => {}
         }
     }
@@ -248,6 +261,12 @@ impl Lights {
     pub fn add_spot(&mut self, light: SpotLight) -> LightId {
         self.spots.push(light);
         self.add_handle(Handle::new(SPOT, self.spots.len() - 1))
+    }
+
+    /// Adds a light whose intensity depends on the direction.
+    pub fn add_goniometric(&mut self, light: GoniometricLight) -> LightId {
+        self.goniometrics.push(light);
+        self.add_handle(Handle::new(GONIOMETRIC, self.goniometrics.len() - 1))
     }
 
     /// Adds a distant light.
@@ -345,8 +364,9 @@ impl Lights {
             LightRef::Area(light) => light.sample(geometry, self.opacity.as_deref(), p, time, u, u_part),
             LightRef::Point(light) => light.sample(p),
             LightRef::Spot(light) => light.sample(p),
+            LightRef::Goniometric(light) => light.sample(p),
             LightRef::Distant(light) => light.sample(),
-            LightRef::Infinite(light) => light.sample(u, u_part),
+            LightRef::Infinite(light) => light.sample(p, u, u_part),
             LightRef::Volume(light) => light.sample(p, u, u_part),
         }
     }
@@ -375,11 +395,12 @@ impl Lights {
         emitters::EmitterTable::new(&self.area)
     }
 
-    /// The radiance that the area light `id` emits at a point of oriented normal `ng` towards the viewer, in unit direction `wo`.
+    /// The radiance that the area light `id` emits at a point of oriented normal `ng` and texture coordinates `uv` towards the viewer, in unit
+    /// direction `wo`.
     #[inline]
-    pub fn emitted(&self, id: LightId, ng: Vec3, wo: Vec3, _uv: Vec2) -> Rgb {
+    pub fn emitted(&self, id: LightId, ng: Vec3, wo: Vec3, uv: Vec2) -> Rgb {
         match self.get(id) {
-            LightRef::Area(light) => light.emitted(ng, wo),
+            LightRef::Area(light) => light.emitted(ng, wo, uv),
             _ => Rgb::BLACK,
         }
     }
@@ -389,20 +410,20 @@ impl Lights {
         &self.infinite
     }
 
-    /// What the infinite light `id` sends from the unit direction `direction`.
+    /// What the infinite light `id` sends to `p` from the unit direction `direction`.
     #[inline]
-    pub fn background(&self, id: LightId, direction: Vec3) -> Rgb {
+    pub fn background(&self, id: LightId, p: Vec3, direction: Vec3) -> Rgb {
         match self.get(id) {
-            LightRef::Infinite(light) => light.radiance(direction),
+            LightRef::Infinite(light) => light.radiance(p, direction),
             _ => Rgb::BLACK,
         }
     }
 
-    /// The solid-angle pdf with which [`Lights::sample`] draws `direction` for the infinite light `id`.
+    /// The solid-angle pdf with which [`Lights::sample`] from `p` draws `direction` for the infinite light `id`.
     #[inline]
-    pub fn background_pdf(&self, id: LightId, direction: Vec3) -> f32 {
+    pub fn background_pdf(&self, id: LightId, p: Vec3, direction: Vec3) -> f32 {
         match self.get(id) {
-            LightRef::Infinite(light) => light.pdf(direction),
+            LightRef::Infinite(light) => light.pdf(p, direction),
             _ => 0.0,
         }
     }
@@ -415,8 +436,9 @@ impl Lights {
             LightRef::Area(light) => light.power(),
             LightRef::Point(light) => light.power(),
             LightRef::Spot(light) => light.power(),
+            LightRef::Goniometric(light) => light.power(),
             LightRef::Distant(light) => light.irradiance * disk,
-            LightRef::Infinite(light) => light.mean_radiance() * (4.0 * PI * disk),
+            LightRef::Infinite(light) => light.power(disk),
             LightRef::Volume(light) => light.power(),
         }
     }
@@ -424,11 +446,12 @@ impl Lights {
     /// Whether the light emits nothing at all.
     pub fn is_dark(&self, id: LightId) -> bool {
         match self.get(id) {
-            LightRef::Area(light) => light.radiance.is_black() || light.sampler.is_none(),
+            LightRef::Area(light) => light.mean.is_black() || light.sampler.is_none(),
             LightRef::Point(light) => light.intensity.is_black(),
             LightRef::Spot(light) => light.intensity.is_black(),
+            LightRef::Goniometric(light) => light.power().is_black(),
             LightRef::Distant(light) => light.irradiance.is_black(),
-            LightRef::Infinite(light) => light.mean_radiance().is_black(),
+            LightRef::Infinite(light) => light.is_dark(),
             LightRef::Volume(light) => light.is_dark(),
         }
     }
@@ -438,14 +461,27 @@ impl Lights {
         let area: usize = self.area.iter().map(AreaLight::memory).sum();
         let infinite: usize = self.infinites.iter().map(InfiniteLight::memory).sum();
         area + infinite
+            + self.shared_memory()
             + self.area.capacity() * size_of::<AreaLight>()
             + self.others.capacity() * size_of::<Handle>()
             + self.points.capacity() * size_of::<PointLight>()
             + self.spots.capacity() * size_of::<SpotLight>()
+            + self.goniometrics.capacity() * size_of::<GoniometricLight>()
             + self.distants.capacity() * size_of::<DistantLight>()
             + self.infinites.capacity() * size_of::<InfiniteLight>()
             + self.infinite.capacity() * size_of::<LightId>()
             + self.volumes.capacity() * size_of::<VolumeLight>()
             + self.of_media.capacity() * size_of::<Option<LightId>>()
+    }
+
+    /// Bytes that lights share: distributions of intensity and patterns of emission, each once.
+    fn shared_memory(&self) -> usize {
+        let mut seen = std::collections::HashSet::new();
+        let distributions = self.goniometrics.iter().map(|light| &light.distribution);
+        let distributions: usize =
+            distributions.filter(|d| seen.insert(Arc::as_ptr(d) as usize)).map(|d| d.memory()).sum();
+        let patterns = self.area.iter().filter_map(|light| light.pattern.as_ref());
+        let patterns: usize = patterns.filter(|p| seen.insert(Arc::as_ptr(p) as usize)).map(|p| p.memory()).sum();
+        distributions + patterns
     }
 }

@@ -26,14 +26,7 @@ impl SpotLight {
     /// The share of the full intensity at an angle of this cosine off the axis: 3t² − 2t³ between the two angles.
     #[inline]
     pub fn falloff(&self, cos: f32) -> f32 {
-        if cos >= self.cos_start {
-            1.0
-        } else if cos <= self.cos_end {
-            0.0
-        } else {
-            let t = (cos - self.cos_end) / (self.cos_start - self.cos_end);
-            t * t * (3.0 - 2.0 * t)
-        }
+        falloff(cos, self.cos_start, self.cos_end)
     }
 
     /// The only direction there is.
@@ -45,6 +38,19 @@ impl SpotLight {
     /// Φ: the cubic's mean over the edge is ½.
     pub fn power(&self) -> Rgb {
         self.intensity * cone_power(self.cos_start, self.cos_end)
+    }
+}
+
+/// See [`SpotLight::falloff`].
+#[inline]
+pub(super) fn falloff(cos: f32, cos_start: f32, cos_end: f32) -> f32 {
+    if cos >= cos_start {
+        1.0
+    } else if cos <= cos_end {
+        0.0
+    } else {
+        let t = (cos - cos_end) / (cos_start - cos_end);
+        t * t * (3.0 - 2.0 * t)
     }
 }
 

@@ -11,6 +11,7 @@ pub mod rgb;
 pub mod robust;
 pub mod sampler;
 pub mod spectrum;
+pub mod summed_area;
 pub mod transform;
 pub mod warp;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DMat4;
 
-use super::params::{ParamSet, ParamValue};
+use super::params::{Param, ParamSet, ParamValue};
 use super::source::Span;
 use crate::math::transform::Animated;
 
@@ -181,7 +181,7 @@ impl SceneDescription {
         self.base.join(name)
     }
 
-    /// The meshes, images and volumes that parameters name, whether or not anything uses them. Spectrum files, which are read with
+    /// The meshes, images, volumes and photometric files that parameters name, whether or not anything uses them. Spectrum files, which are read with
     /// the text, are not among them.
     pub fn named_files(&self) -> impl Iterator<Item = PathBuf> {
         let shapes = self.shapes.iter().chain(self.objects.iter().flat_map(|object| &object.shapes));
@@ -192,13 +192,11 @@ impl SceneDescription {
             .chain(self.textures.iter().map(|texture| &texture.entity))
             .chain(self.media.iter().map(|medium| &medium.entity))
             .chain([&self.camera]);
-        entities
-            .flat_map(|entity| entity.params.iter())
-            .filter(|param| matches!(param.name.as_str(), "filename" | "lensfile"))
-            .filter_map(|param| match &param.value {
-                ParamValue::String(names) => names.first().map(|name| self.resolve(name)),
-                _ => None,
-            })
+        let is_file = |param: &&Param| ["filename", "ies", "lensfile", "normalmap"].contains(&param.name.as_str());
+        entities.flat_map(|entity| entity.params.iter()).filter(is_file).filter_map(|param| match &param.value {
+            ParamValue::String(names) => names.first().map(|name| self.resolve(name)),
+            _ => None,
+        })
     }
 
     /// The position of the camera in world space at the interval's start.

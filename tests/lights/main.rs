@@ -6,6 +6,7 @@
 mod common;
 
 mod beams;
+mod distributions;
 mod extremes;
 mod learning;
 mod learning_bias;

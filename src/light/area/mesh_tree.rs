@@ -35,11 +35,14 @@ struct Primitives<'a> {
     shape: &'a Shape,
     sampler: &'a ShapeSampler,
     two_sided: bool,
+    /// While the tree is built, how bright each is for its area, where they differ.
+    weights: Option<&'a [f32]>,
 }
 
 impl Parts for Primitives<'_> {
     fn bounds(&self, id: u32) -> LightBounds {
-        bounds(self.shape, id, self.sampler.share_by_area(self.shape, id), self.two_sided)
+        let weight = self.weights.map_or(1.0, |weights| weights[id as usize]);
+        bounds(self.shape, id, self.sampler.share_by_area(self.shape, id) * weight, self.two_sided)
     }
 
     /// Not asked for, with one primitive in a leaf.
@@ -49,15 +52,17 @@ impl Parts for Primitives<'_> {
 }
 
 impl MeshTree {
-    /// Over the primitives of `shape`, for light that is emitted on one side or both; `None` where choosing by area is as good.
-    pub fn new(shape: &Shape, sampler: &ShapeSampler, two_sided: bool) -> Option<Self> {
+    /// Over the primitives of `shape`, for light that is emitted on one side or both, in proportion to `weights` if there are any; `None` where
+    /// choosing by area is as good.
+    pub fn new(shape: &Shape, sampler: &ShapeSampler, two_sided: bool, weights: Option<&[f32]>) -> Option<Self> {
         let count = shape.primitive_count();
         if count < LEAST_PRIMITIVES || !matches!(shape.kind, ShapeKind::Triangles(_) | ShapeKind::Bilinear(_)) {
             return None;
         }
         // As for the choice by area, nothing is drawn from what has none.
-        let ids = (0..count).filter(|&i| sampler.share_by_area(shape, i) > 0.0).collect();
-        let parts = Primitives { shape, sampler, two_sided };
+        let is_lit = |i: &u32| weights.is_none_or(|weights| weights[*i as usize] > 0.0);
+        let ids = (0..count).filter(|&i| sampler.share_by_area(shape, i) > 0.0).filter(is_lit).collect();
+        let parts = Primitives { shape, sampler, two_sided, weights };
         LightTree::new(&parts, ids, count as usize, IN_LEAF).map(|tree| Self { tree, two_sided })
     }
 
@@ -71,7 +76,7 @@ impl MeshTree {
         u: [f32; 2],
         u_part: f64,
     ) -> Option<ShapeSample> {
-        let parts = Primitives { shape, sampler, two_sided: self.two_sided };
+        let parts = Primitives { shape, sampler, two_sided: self.two_sided, weights: None };
         let (primitive, pmf, _) = self.tree.sample(&parts, &self.tree.root(), &receiver(to_render, p), u_part);
         let mut sample = sampler.sample_on(shape, primitive, u)?;
         sample.point.pdf_area *= pmf / sampler.share_by_area(shape, primitive);
@@ -87,7 +92,7 @@ impl MeshTree {
         p: Vec3,
         primitive: u32,
     ) -> f32 {
-        let (tree, parts) = (&self.tree, Primitives { shape, sampler, two_sided: self.two_sided });
+        let (tree, parts) = (&self.tree, Primitives { shape, sampler, two_sided: self.two_sided, weights: None });
         let pmf_at = |place| tree.pmf(&parts, &tree.root(), place, &receiver(to_render, p));
         let pmf = tree.place(primitive).map_or(0.0, pmf_at);
         if pmf > 0.0 { pmf / sampler.share_by_area(shape, primitive) } else { 0.0 }

@@ -1,14 +1,20 @@
-//! Diffuse area lights: shapes that radiate the same radiance from every point in every direction of one side or both.
+//! Diffuse area lights: shapes that radiate the same radiance from every point in every direction of one side or both, unless an image or a
+//! photometric profile makes it vary ([`pattern`]).
 //!
 //! Sources: pbrt-v4 section 12.4; section 6.2.4 for cones over spheres. A mesh is one light. An emitter that belongs to an
 //! instance is placed by the instance's transform at the ray's time, so a moving emitter is sampled where rays meet it.
 
 pub mod extent;
 pub mod mesh_tree;
+pub mod parts;
+pub mod pattern;
 
-use glam::{Affine3A, Vec3};
+use std::sync::Arc;
 
-use self::mesh_tree::MeshTree;
+use glam::{Affine3A, Vec2, Vec3};
+
+use self::parts::Parts;
+use self::pattern::EmissionPattern;
 use super::{EmitterHit, LightEnd, LightSample};
 use crate::geometry::affine;
 use crate::geometry::sampling::{ShapeSampler, area_scale, round_sphere};
@@ -26,18 +32,22 @@ pub struct AreaLight {
     pub shape: ShapeId,
     /// The one instance it appears in, where it belongs to a prototype.
     pub instance: Option<InstanceId>,
-    /// Emitted radiance (W/(m² sr)).
+    /// Emitted radiance (W/(m² sr)), where there is a pattern times that.
     pub radiance: Rgb,
+    /// What makes it vary, if anything does. Whoever sets it is to set `mean` and `by_cone` too.
+    pub pattern: Option<Arc<EmissionPattern>>,
+    /// The mean of the emitted radiance over the surface and, by the cosine, over directions.
+    pub mean: Rgb,
     /// Emits from the side against the normal too.
     pub two_sided: bool,
     /// No ray can meet it (constant alpha 0): it lights the scene through sampling alone.
     pub invisible: bool,
-    /// Drawn by the cone it fills: a whole, round sphere without `alpha` (the cone gives no parameters to ask that at).
+    /// Drawn by the cone it fills: a whole, round sphere without `alpha` or pattern (the cone gives no parameters to ask them at).
     pub by_cone: bool,
     /// Draws points on it; `None` for what cannot be sampled, which is dark.
     pub sampler: Option<ShapeSampler>,
-    /// Chooses among the primitives of a mesh that has many, instead of the sampler.
-    pub parts: Option<Box<MeshTree>>,
+    /// Chooses among the primitives of a mesh that has many, or that an image lies on, instead of the sampler.
+    pub parts: Option<Box<Parts>>,
     /// Area in render space, at time 0.
     pub area: f32,
     /// Where it is and which way it faces, over all times.
@@ -58,16 +68,23 @@ pub struct EmitterBounds {
 }
 
 impl AreaLight {
-    /// The radiance that leaves a point of normal `ng` towards the unit direction `wo`.
+    /// The radiance that leaves a point of normal `ng` and texture coordinates `uv` towards the unit direction `wo`.
     #[inline]
-    pub fn emitted(&self, ng: Vec3, wo: Vec3) -> Rgb {
-        if self.two_sided || ng.dot(wo) > 0.0 { self.radiance } else { Rgb::BLACK }
+    pub fn emitted(&self, ng: Vec3, wo: Vec3, uv: Vec2) -> Rgb {
+        let is_front = ng.dot(wo) > 0.0;
+        if !self.two_sided && !is_front {
+            return Rgb::BLACK;
+        }
+        match &self.pattern {
+            None => self.radiance,
+            Some(pattern) => self.radiance * pattern.at(if is_front { ng } else { -ng }, wo, uv),
+        }
     }
 
-    /// Makes the tree that chooses among the primitives of `shape`, its own, where that pays.
-    pub fn build_parts(&mut self, shape: &Shape) {
+    /// Prepares the choice among the primitives of `shape`, its own, where that pays; `weights` says how bright an image makes each.
+    pub fn build_parts(&mut self, shape: &Shape, weights: Option<&[f32]>) {
         if let Some(sampler) = &mut self.sampler {
-            self.parts = MeshTree::new(shape, sampler, self.two_sided).map(Box::new);
+            self.parts = Parts::new(shape, sampler, self.two_sided, weights).map(Box::new);
             if self.parts.is_some() {
                 sampler.forget_choice();
             }
@@ -82,7 +99,7 @@ impl AreaLight {
 
     /// Φ = π A L, twice that for both sides.
     pub fn power(&self) -> Rgb {
-        self.radiance * (std::f32::consts::PI * self.area * if self.two_sided { 2.0 } else { 1.0 })
+        self.mean * (std::f32::consts::PI * self.area * if self.two_sided { 2.0 } else { 1.0 })
     }
 
     /// Shape space to render space at `time`; `None` for the identity.
@@ -129,7 +146,7 @@ impl AreaLight {
         }
         let wi = to_light / square.sqrt();
         let cos = ng.dot(wi).abs();
-        let radiance = self.emitted(ng, -wi);
+        let radiance = self.emitted(ng, -wi, point.uv);
         if radiance.is_black() || cos == 0.0 {
             return None;
         }

@@ -74,7 +74,7 @@ fn parameters_mean_what_pbrt_means() {
         vec![
             light("point", place, vec![point("from", [0.0, 1.0, 0.0]), float("scale", 2.0)]),
             light("point", place, vec![float("power", 10.0)]),
-            light("goniometric", place, vec![]),
+            light("moonbeam", place, vec![]),
             light("spot", place, vec![float("power", 5.0), float("coneangle", 40.0)]),
             light("distant", place, vec![float("illuminance", 7.0), float("nonsense", 1.0)]),
             light("infinite", place, vec![float("illuminance", 9.0)]),
@@ -100,11 +100,14 @@ fn parameters_mean_what_pbrt_means() {
     assert!(spot.axis.distance(-Vec3::Z) < 1e-6 && (spot.cos_end - 40f32.to_radians().cos()).abs() < 1e-6);
     let LightRef::Distant(distant) = lights.get(LightId(5)) else { panic!("the order is wrong") };
     assert!(distant.wi.distance(Vec3::Z) < 1e-6 && distant.irradiance == Rgb::splat(7.0));
-    assert!((lights.background(LightId(6), Vec3::X)[0] * PI - 9.0).abs() < 1e-5);
+    assert!((lights.background(LightId(6), Vec3::ZERO, Vec3::X)[0] * PI - 9.0).abs() < 1e-5);
     assert_eq!(lights.infinite(), [LightId(6)]);
     let said: Vec<&str> = warnings.list().iter().map(|w| w.message.as_str()).collect();
-    assert!(said.iter().any(|m| m.contains("goniometric")) && said.iter().any(|m| m.contains("nonsense")), "{said:?}");
-    assert!(build(&scene, &geometry, &[], true).0.is_err(), "strict refuses the goniometric light");
+    assert!(
+        said.iter().any(|m| m.contains("\"moonbeam\" is unknown")) && said.iter().any(|m| m.contains("nonsense")),
+        "{said:?}"
+    );
+    assert!(build(&scene, &geometry, &[], true).0.is_err(), "strict refuses what it does not know");
 }
 
 #[test]

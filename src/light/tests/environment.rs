@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::Mat3;
 
-use super::super::environment::Layout;
+use super::super::sphere_image::{Layout, SphereImage};
 use super::*;
 use crate::math::equal_area::{equal_area_sphere_to_square, equal_area_square_to_sphere};
 use crate::math::warp::uniform_sphere;
@@ -17,7 +17,8 @@ fn sky(layout: Layout, height: usize, peak: f32, to_render: Mat3) -> Environment
         (0..width * height).map(|_| [stream.next_f32(), stream.next_f32(), stream.next_f32()]).collect();
     pixels[width * 3..width * 6].fill([0.0; 3]);
     pixels[width * (height - 3) + 5] = [peak; 3];
-    Environment::new(layout, width, height, pixels, Rgb::new(1.0, 0.5, 2.0), to_render).expect("it is not black")
+    Environment::new(SphereImage::new(layout, width, height, pixels), Rgb::new(1.0, 0.5, 2.0), to_render)
+        .expect("it is not black")
 }
 
 fn turned() -> Mat3 {
@@ -57,8 +58,8 @@ fn a_bright_pixel_is_where_pbrt_puts_it() {
     // 4 × 4: the second row from the top, the last column, lies at (0.875, 0.375) of the square: towards +x and a little −y.
     let mut pixels = vec![[0.0; 3]; 16];
     pixels[4 + 3] = [1.0; 3];
-    let environment =
-        Environment::new(Layout::Octahedral, 4, 4, pixels, Rgb::WHITE, Mat3::IDENTITY).expect("it shines");
+    let environment = Environment::new(SphereImage::new(Layout::Octahedral, 4, 4, pixels), Rgb::WHITE, Mat3::IDENTITY)
+        .expect("it shines");
     let towards = equal_area_square_to_sphere(Vec2::new(0.875, 0.375));
     assert!(towards.x > 0.9 && towards.y < -0.2 && towards.z.abs() < 0.1);
     assert!((environment.radiance(towards)[0] - 1.0).abs() < 1e-4);
@@ -66,7 +67,8 @@ fn a_bright_pixel_is_where_pbrt_puts_it() {
     // Latitude and longitude: the top row is +z, column u is φ = 2πu from +x over +y.
     let mut pixels = vec![[0.0; 3]; 32];
     pixels[8 + 2] = [1.0; 3];
-    let environment = Environment::new(Layout::LatLong, 8, 4, pixels, Rgb::WHITE, Mat3::IDENTITY).expect("it shines");
+    let environment = Environment::new(SphereImage::new(Layout::LatLong, 8, 4, pixels), Rgb::WHITE, Mat3::IDENTITY)
+        .expect("it shines");
     let (theta, phi) = (1.5 / 4.0 * std::f32::consts::PI, 2.5 / 8.0 * std::f32::consts::TAU);
     let towards = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
     assert!((environment.radiance(towards)[0] - 1.0).abs() < 1e-4);
@@ -176,8 +178,8 @@ fn directions_follow_an_image_with_a_sun() {
 fn a_lone_sun_lights_its_neighbours_cells_too() {
     let mut pixels = vec![[0.0; 3]; 64];
     pixels[0] = [1.0; 3];
-    let environment =
-        Environment::new(Layout::Octahedral, 8, 8, pixels, Rgb::WHITE, Mat3::IDENTITY).expect("it shines");
+    let environment = Environment::new(SphereImage::new(Layout::Octahedral, 8, 8, pixels), Rgb::WHITE, Mat3::IDENTITY)
+        .expect("it shines");
     let mut stream = Stream::from_seed(7);
     let mut mean = Mean::default();
     for _ in 0..200_000 {
@@ -191,7 +193,8 @@ fn a_lone_sun_lights_its_neighbours_cells_too() {
 fn the_irradiance_estimate_is_near_the_integral() {
     let mut pixels = vec![[0.2; 3]; 64 * 64];
     pixels[..64 * 20].fill([1.0; 3]);
-    let environment = Environment::new(Layout::Octahedral, 64, 64, pixels, Rgb::WHITE, turned()).expect("it shines");
+    let environment = Environment::new(SphereImage::new(Layout::Octahedral, 64, 64, pixels), Rgb::WHITE, turned())
+        .expect("it shines");
     let mut stream = Stream::from_seed(8);
     for _ in 0..20 {
         let normal = uniform_sphere(pair(&mut stream));
@@ -206,8 +209,12 @@ fn the_irradiance_estimate_is_near_the_integral() {
 
 #[test]
 fn an_image_without_light_is_no_light() {
-    assert!(Environment::new(Layout::Octahedral, 2, 2, vec![[0.0; 3]; 4], Rgb::WHITE, Mat3::IDENTITY).is_none());
+    assert!(
+        Environment::new(SphereImage::new(Layout::Octahedral, 2, 2, vec![[0.0; 3]; 4]), Rgb::WHITE, Mat3::IDENTITY)
+            .is_none()
+    );
     let single =
-        Environment::new(Layout::Octahedral, 1, 1, vec![[1.0; 3]], Rgb::WHITE, Mat3::IDENTITY).expect("it shines");
+        Environment::new(SphereImage::new(Layout::Octahedral, 1, 1, vec![[1.0; 3]]), Rgb::WHITE, Mat3::IDENTITY)
+            .expect("it shines");
     assert!((single.pdf(Vec3::X) * 4.0 * std::f32::consts::PI - 1.0).abs() < 1e-5);
 }

@@ -5,8 +5,11 @@
 mod area;
 mod build;
 mod environment;
+mod goniometric;
 mod linking;
 mod mesh_tree;
+mod pattern;
+mod portal;
 mod punctual;
 mod selectors;
 mod tree;
@@ -120,6 +123,8 @@ fn push(
         shape: id,
         instance: None,
         radiance,
+        pattern: None,
+        mean: radiance,
         two_sided,
         invisible: false,
         by_cone: matches!(&shape.kind, ShapeKind::Sphere(s) if round_sphere(s).is_some()),
@@ -129,7 +134,7 @@ fn push(
         bounds: extent::bounds(&shape, None),
     };
     assert!(light.sampler.is_some());
-    light.build_parts(&shape);
+    light.build_parts(&shape, None);
     geometry.shapes.push(shape);
     geometry.top_level.push(id);
     lights.area.push(light);

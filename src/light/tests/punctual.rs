@@ -66,7 +66,7 @@ fn a_constant_dome_gives_pi_times_its_radiance() {
     let normal = Vec3::new(0.6, 0.0, -0.8);
     irradiance(&geometry, &lights, id.0, Vec3::ZERO, normal, 200_000, 2).must_be(0.5 * std::f64::consts::PI, "dome");
     assert_eq!(lights.infinite(), [id]);
-    assert_eq!(lights.background(id, Vec3::X), Rgb::splat(0.5));
+    assert_eq!(lights.background(id, Vec3::ZERO, Vec3::X), Rgb::splat(0.5));
     let s = lights.sample(&geometry, id, Vec3::ZERO, 0.0, [0.1, 0.2], 0.0).expect("it shines");
-    assert_eq!(lights.background_pdf(id, s.wi), s.pdf);
+    assert_eq!(lights.background_pdf(id, Vec3::ZERO, s.wi), s.pdf);
 }

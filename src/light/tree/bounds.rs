@@ -49,6 +49,12 @@ impl LightBounds {
                 cos_emission: light.cos_end,
                 ..Self::of_point(light.p, light.intensity.luminance())
             }),
+            LightRef::Goniometric(light) => Some(Self {
+                axis: light.axis(),
+                cos_normals: if light.cos_end() > -1.0 { 1.0 } else { -1.0 },
+                cos_emission: light.cos_end(),
+                ..Self::of_point(light.p, light.mean_intensity())
+            }),
             LightRef::Volume(light) => Some(light.bounds()),
             LightRef::Distant(_) | LightRef::Infinite(_) => None,
         }

@@ -134,7 +134,7 @@ fn dim_lights_beside_suns_stay_within_reach() {
 
 #[test]
 fn splitting_goes_from_one_light_to_all() {
-    let (_, lights) = many(20, 110);
+    let (_, lights) = many(18, 110);
     let count = lights.ids().filter(|&id| !lights.is_dark(id)).count();
     assert!((32..MAX_CUT).contains(&count));
     let tree = LightTree::of(&lights).expect("some shine");

@@ -41,6 +41,13 @@ fn many(count: usize, seed: u64) -> (Geometry, Lights) {
         let cos_start = cos_end + (1.0 - cos_end) * stream.next_f32();
         lights.add_spot(SpotLight { p, axis, intensity: Rgb::splat(strength(&mut stream)), cos_start, cos_end });
     }
+    for (_, distribution) in super::goniometric::all() {
+        let (p, z) = (place(&mut stream), uniform_sphere(pair(&mut stream)));
+        let frame = crate::math::Frame::from_z(z);
+        let to_local = glam::Mat3::from_cols(frame.x, -frame.y, frame.z).transpose();
+        let intensity = Rgb::splat(strength(&mut stream));
+        lights.add_goniometric(GoniometricLight { p, intensity, to_local, distribution: distribution.into() });
+    }
     (geometry, lights)
 }
 
