@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 
 use super::gbuffer::{SurfaceSample, SurfaceSums};
 use super::settings::Sensor;
+use super::signed::SignedSums;
 use crate::math::Rgb;
 use crate::system::fault::{self, Fault};
 
@@ -131,6 +132,8 @@ pub struct PixelSamples {
     pub(super) aovs: AovSums,
     /// Sums of those samples that know their surface.
     pub(super) surfaces: SurfaceSums,
+    /// What counts ±c; nothing where the filter has no negative lobes.
+    pub(super) signed: SignedSums,
     /// Samples dropped because a value was NaN or infinite.
     pub(super) rejected: u64,
     /// The index of the first of them.
@@ -141,8 +144,8 @@ pub struct PixelSamples {
 impl PixelSamples {
     /// No samples yet.
     pub fn new(sensor: Sensor) -> Self {
-        let (beauty, aovs, surfaces) = Default::default();
-        Self { beauty, aovs, surfaces, rejected: 0, first_rejected: None, sensor }
+        let (beauty, aovs, surfaces, signed) = Default::default();
+        Self { beauty, aovs, surfaces, signed, rejected: 0, first_rejected: None, sensor }
     }
 
     /// Adds the sample number `index` of the pixel. A sample with a NaN or infinity (other than an infinite depth) is left out
@@ -157,6 +160,9 @@ impl PixelSamples {
         if exposed.is_finite() {
             self.beauty.add(exposed.beauty.0.as_dvec3());
             self.aovs.add(&exposed);
+            if weight != 1.0 {
+                self.signed.add(&self.sensor.expose(sample, 1.0), weight);
+            }
             if let Some(surface) = &sample.surface {
                 self.surfaces.add(surface);
             }

@@ -10,6 +10,7 @@ pub mod gbuffer;
 pub mod image;
 pub mod pfm;
 pub mod settings;
+mod signed;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -22,6 +23,7 @@ pub use settings::{FilmOverrides, FilmSettings, Sensor};
 
 use accumulate::AovSums;
 use gbuffer::SurfaceSums;
+use signed::SignedSums;
 
 /// A rectangle of pixels, counted from the top left corner of the full image; `x1`, `y1` are just outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -85,6 +87,8 @@ pub struct FilmTile {
     aovs: Vec<AovSums>,
     /// Empty but for a `gbuffer` film.
     surfaces: Vec<SurfaceSums>,
+    /// Empty but for filters with negative lobes.
+    signed: Vec<SignedSums>,
     rejected: u64,
     first_rejected: Option<RejectedSample>,
 }
@@ -116,6 +120,9 @@ impl FilmTile {
         if let Some(surfaces) = self.surfaces.get_mut(index) {
             surfaces.merge(&samples.surfaces);
         }
+        if let Some(signed) = self.signed.get_mut(index) {
+            signed.merge(&samples.signed);
+        }
         self.rejected += samples.rejected;
         if let Some(sample) = samples.first_rejected {
             self.first_rejected.get_or_insert(RejectedSample { pixel, sample });
@@ -141,7 +148,8 @@ pub struct Film {
 }
 
 impl Film {
-    /// An empty film. A pixel takes 56 bytes, 160 more with `aovs`, and 112 more as a `gbuffer`.
+    /// An empty film. A pixel takes 56 bytes, 160 more with `aovs`, 112 more as a `gbuffer`, and 144 more with
+    /// a filter that has negative lobes.
     pub fn new(settings: FilmSettings, has_aovs: bool) -> Self {
         let all = settings.bounds;
         let starts = |from: u32, to: u32| (from..to).step_by(TILE_SIZE as usize);
@@ -159,6 +167,7 @@ impl Film {
                     beauty: vec![Moments::default(); bounds.area()],
                     aovs: vec![AovSums::default(); if has_aovs { bounds.area() } else { 0 }],
                     surfaces: vec![SurfaceSums::default(); if settings.gbuffer.is_some() { bounds.area() } else { 0 }],
+                    signed: vec![SignedSums::default(); if settings.filter.is_signed() { bounds.area() } else { 0 }],
                     rejected: 0,
                     first_rejected: None,
                 }
@@ -171,7 +180,8 @@ impl Film {
     pub fn memory_for(settings: &FilmSettings, has_aovs: bool) -> usize {
         let aovs = if has_aovs { size_of::<AovSums>() } else { 0 };
         let surfaces = if settings.gbuffer.is_some() { size_of::<SurfaceSums>() } else { 0 };
-        settings.bounds.area() * (size_of::<Moments>() + aovs + surfaces)
+        let signed = if settings.filter.is_signed() { size_of::<SignedSums>() } else { 0 };
+        settings.bounds.area() * (size_of::<Moments>() + aovs + surfaces + signed)
     }
 
     /// What it was made from.
@@ -206,10 +216,11 @@ impl Film {
     /// samples, but for pixels whose samples were all rejected; 0 for an image that is black so far.
     pub fn error_estimate(&self) -> Option<f64> {
         let (mut noise, mut signal) = (0.0, 0.0);
-        let pixels = self.tiles.iter().flat_map(|tile| tile.beauty.iter().map(move |moments| (tile.rejected, moments)));
-        for (rejected, moments) in pixels {
+        let pixels = self.tiles.iter().flat_map(|tile| (0..tile.beauty.len()).map(move |i| (tile, i)));
+        for (tile, i) in pixels {
+            let (moments, _) = self.resolved(tile, i);
             if moments.count < 2 {
-                if rejected > 0 {
+                if tile.rejected > 0 {
                     continue;
                 }
                 return None;
@@ -291,11 +302,41 @@ impl Film {
         sensor.is_biased().then(|| ("lanternfish.biased".to_owned(), note))
     }
 
+    /// What the image has of pixel number `i` of `tile`.
+    fn resolved(&self, tile: &FilmTile, i: usize) -> (Moments, Option<AovSums>) {
+        let (mut moments, mut aovs) = (tile.beauty[i], tile.aovs.get(i).copied());
+        if let Some(signed) = tile.signed.get(i) {
+            let width = tile.bounds.width() as usize;
+            let [x, y] = [tile.bounds.x0 + (i % width) as u32, tile.bounds.y0 + (i / width) as u32];
+            let mut around = SignedSums::default();
+            for neighbour in (0..9).filter(|&n| n != 4) {
+                let place = [(x + neighbour % 3).wrapping_sub(1), (y + neighbour / 3).wrapping_sub(1)];
+                if let Some(sums) = self.signed(place) {
+                    around.merge(sums);
+                }
+            }
+            signed.correct(&around, &mut moments, aovs.as_mut());
+        }
+        (moments, aovs)
+    }
+
+    /// The sums of `pixel`, if it is there.
+    fn signed(&self, pixel: [u32; 2]) -> Option<&SignedSums> {
+        let all = self.settings.bounds;
+        if !all.contains(pixel) {
+            return None;
+        }
+        let [column, row] = [(pixel[0] - all.x0) / TILE_SIZE, (pixel[1] - all.y0) / TILE_SIZE];
+        let tile = &self.tiles[(row * all.width().div_ceil(TILE_SIZE) + column) as usize];
+        tile.signed.get(tile.bounds.index(pixel))
+    }
+
     /// Calls `f` with each pixel's place in rows from the top of the crop.
     fn each_pixel(&self, mut f: impl FnMut(usize, &Moments, Option<&AovSums>, Option<&SurfaceSums>)) {
         for tile in &self.tiles {
             for (i, pixel) in tile.bounds.pixels().enumerate() {
-                f(self.settings.bounds.index(pixel), &tile.beauty[i], tile.aovs.get(i), tile.surfaces.get(i));
+                let (moments, aovs) = self.resolved(tile, i);
+                f(self.settings.bounds.index(pixel), &moments, aovs.as_ref(), tile.surfaces.get(i));
             }
         }
     }

@@ -235,6 +235,7 @@ fn the_error_estimate_is_noise_over_signal() {
 #[test]
 fn pixels_take_the_memory_that_is_documented() {
     assert_eq!((size_of::<Moments>(), size_of::<AovSums>()), (56, 160));
+    assert_eq!((size_of::<super::signed::SignedSums>(), size_of::<super::gbuffer::SurfaceSums>()), (144, 112));
 }
 
 #[test]

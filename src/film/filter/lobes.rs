@@ -1,8 +1,8 @@
 //! Filters with negative lobes, sampled by their absolute value.
 //!
 //! Source: pbrt-v4, section 8.8.5 (a sample counts with the filter's sign, times the area of its absolute value over its own). Which sign comes is drawn in
-//! a dimension of its own: so the share of negative samples of a pixel is as even as one well-distributed number makes it, and where the image
-//! is constant the error falls as 1/n.
+//! a dimension of its own: so the share of negative samples of a pixel is as even as one well-distributed number makes it. What unevenness is left is
+//! taken out by the film (`signed.rs`).
 
 use glam::Vec2;
 

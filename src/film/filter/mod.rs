@@ -149,6 +149,11 @@ impl PixelFilter {
         FilterSample { offset, weight: 1.0 }
     }
 
+    /// Whether samples count ±c instead of 1.
+    pub fn is_signed(&self) -> bool {
+        matches!(self, Self::Mitchell { lobes, .. } | Self::Sinc { lobes, .. } if lobes.weight() > 1.0)
+    }
+
     /// The filter's value at `offset` from the pixel's centre, not normalised.
     pub fn evaluate(&self, offset: Vec2) -> f32 {
         let d = offset.abs();
