@@ -75,7 +75,8 @@ impl Suite {
         match self {
             Self::Small => vec![4, 16],
             Self::Slopes => vec![16, 32, 64, 128, 256],
-            Self::Paper | Self::Volumes | Self::All => vec![1, 2, 4, 8, 16, 32],
+            Self::Paper => vec![1, 2, 4, 8, 16],
+            Self::Volumes | Self::All => vec![1, 2, 4, 8, 16, 32],
         }
     }
 }

@@ -177,8 +177,9 @@ fn missing_files_and_wrong_ones() {
             // An empty file to include holds nothing, which is no error.
             let fate = match text.as_bytes()[0] {
                 b'I' if name == "empty" => Renders,
-                // A missing texture is magenta, unless --strict says otherwise.
+                // A missing texture is magenta, and so is the image of a light, unless --strict says otherwise.
                 b'T' => Warned(name),
+                b'L' if name == "missing" => Warned(name),
                 _ => Refused(name),
             };
             folder.write("scene.pbrt", format!("{HEAD}{text}\n"));

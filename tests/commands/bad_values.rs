@@ -247,7 +247,11 @@ fn nonsensical_media() {
     let mut faults = Faults::default();
     let mut cases = vec![
         (medium("\"nonsense\""), Refused("nonsense")),
-        (medium("\"cloud\""), Refused("cloud")),
+        (medium("\"cloud\" \"float frequency\" 0.1"), Renders),
+        (medium("\"cloud\" \"float frequency\" -1"), Refused("frequency")),
+        (medium("\"cloud\" \"point3 p1\" [0 1 1] \"float frequency\" 0.1"), Refused("no volume")),
+        (medium("\"nanovdb\""), Refused("filename")),
+        (medium("\"nanovdb\" \"string filename\" \"nothing.nvdb\""), Refused("nothing.nvdb")),
         (medium("\"openvdb\""), Refused("openvdb")),
         (format!("MakeNamedMedium \"m\"{inside}"), Refused("type")),
         (inside.to_owned(), Refused("\"m\"")),

@@ -23,7 +23,7 @@ const LACUNARITY: f32 = 1.99;
 /// Voxels in a cell of the finest octave.
 const VOXELS: f64 = 2.5;
 /// The most voxels along an axis.
-const MOST: f64 = 256.0;
+const MOST: f64 = 160.0;
 
 /// How a cloud looks.
 struct Cloud {
@@ -35,6 +35,10 @@ struct Cloud {
 impl Cloud {
     /// The density at `p` of the medium's space: 0 to 1.
     fn at(&self, p: Vec3) -> f32 {
+        // Whatever the noise.
+        if p.y <= 0.0 || p.y >= 1.0 {
+            return f32::from(p.y <= 0.0);
+        }
         let mut q = self.frequency * p;
         if self.wispiness > 0.0 {
             let (mut reach, mut scale) = (0.05 * self.wispiness, 10.0);
