@@ -2,12 +2,11 @@
 //!
 //! Intersection works in f64 like the sphere's. It assumes an invertible `to_shape`.
 
-use std::f64::consts::TAU;
-
 use glam::{Affine3A, DMat3, DVec3, Vec2, Vec3};
 
 use super::affine;
 use super::local::LocalPoint;
+use super::quadric::{RoundHit, azimuth};
 
 /// The points at `radius` from the z axis of its object space, between two heights.
 #[derive(Debug, Clone)]
@@ -33,16 +32,9 @@ impl Cylinder {
         if p.z < low || p.z > high {
             return None;
         }
-        let mut phi = p.y.atan2(p.x);
-        if phi < 0.0 {
-            phi += TAU;
-        }
-        let phi_max = f64::from(self.phi_max);
-        if self.phi_max < TAU as f32 && phi > phi_max {
-            return None;
-        }
+        let u = azimuth(p.x, p.y, self.phi_max)?;
         let v = (p.z - low) / (high - low);
-        Some([(phi / phi_max).clamp(0.0, 1.0) as f32, v.clamp(0.0, 1.0) as f32])
+        Some([u, v.clamp(0.0, 1.0) as f32])
     }
 
     /// The nearest hit with `t_min` < t < `t_max`: t in units of `direction` (any length but zero), and (u, v) in [0, 1]²:
@@ -50,23 +42,16 @@ impl Cylinder {
     pub fn intersect(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<(f32, [f32; 2])> {
         let (o, d) = affine::ray_to_object(&self.to_shape, &self.inverse, origin, direction)?;
         let radius = f64::from(self.radius);
-        // In the plane across the axis it is a circle; the quadratic is solved as the sphere's.
+        // In the plane across the axis it is a circle.
         let (across, along) = (o.truncate(), d.truncate());
         let a = along.length_squared();
         if a == 0.0 {
             return None;
         }
         let middle = -across.dot(along) / a;
-        let discriminant = radius * radius - (across + along * middle).length_squared();
-        if discriminant < 0.0 || discriminant.is_nan() {
-            return None;
-        }
-        let half = (discriminant / a).sqrt();
-        let c = (across.length() - radius) * (across.length() + radius) / a;
-        let far = middle + half.copysign(middle);
-        let near = if far == 0.0 { 0.0 } else { c / far };
-        let (t0, t1) = if near < far { (near, far) } else { (far, near) };
-        for t in [t0, t1] {
+        let nearest_squared = (across + along * middle).length_squared();
+        let line = RoundHit { a, middle, nearest_squared, origin: across.length(), radius };
+        for t in line.crossings()? {
             let rounded = t as f32;
             if rounded > t_min
                 && rounded < t_max

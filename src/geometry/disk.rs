@@ -2,12 +2,11 @@
 //!
 //! Intersection works in f64 like the sphere's. It assumes an invertible `to_shape`.
 
-use std::f64::consts::TAU;
-
 use glam::{Affine3A, DMat3, DVec3, Vec2, Vec3};
 
 use super::affine;
 use super::local::LocalPoint;
+use super::quadric::azimuth;
 
 /// A disk in its object space's plane z = `height`.
 #[derive(Debug, Clone)]
@@ -45,16 +44,9 @@ impl Disk {
         if distance_squared > outer * outer || distance_squared < inner * inner {
             return None;
         }
-        let mut phi = p.y.atan2(p.x);
-        if phi < 0.0 {
-            phi += TAU;
-        }
-        let phi_max = f64::from(self.phi_max);
-        if self.phi_max < TAU as f32 && phi > phi_max {
-            return None;
-        }
+        let u = azimuth(p.x, p.y, self.phi_max)?;
         let v = (outer - distance_squared.sqrt()) / (outer - inner);
-        Some((rounded, [(phi / phi_max).clamp(0.0, 1.0) as f32, v.clamp(0.0, 1.0) as f32]))
+        Some((rounded, [u, v.clamp(0.0, 1.0) as f32]))
     }
 
     /// A box around the whole disk in the shape's space.

@@ -13,6 +13,7 @@ mod fixtures;
 mod local;
 mod motion;
 mod partials;
+mod quadric;
 pub mod recording;
 pub mod sampling;
 pub mod shape;

@@ -9,6 +9,7 @@ use glam::{Affine3A, DMat3, DVec3, Vec2, Vec3};
 
 use super::affine;
 use super::local::LocalPoint;
+use super::quadric::{RoundHit, azimuth};
 
 /// A sphere around its object space's origin, cut at heights and at an angle.
 #[derive(Debug, Clone)]
@@ -47,18 +48,11 @@ impl Sphere {
         {
             return None;
         }
-        let mut phi = p.y.atan2(p.x);
-        if phi < 0.0 {
-            phi += TAU;
-        }
-        let phi_max = f64::from(self.phi_max);
-        if self.phi_max < TAU as f32 && phi > phi_max {
-            return None;
-        }
+        let u = azimuth(p.x, p.y, self.phi_max)?;
         let (theta_min, theta_max) = self.thetas();
         let theta = (p.z / radius).clamp(-1.0, 1.0).acos();
         let v = (theta - theta_min) / (theta_max - theta_min);
-        Some([(phi / phi_max).clamp(0.0, 1.0) as f32, v.clamp(0.0, 1.0) as f32])
+        Some([u, v.clamp(0.0, 1.0) as f32])
     }
 
     /// The nearest hit with `t_min` < t < `t_max`: t in units of `direction` (any length but zero), and (u, v) in [0, 1]²:
@@ -66,20 +60,11 @@ impl Sphere {
     pub fn intersect(&self, origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<(f32, [f32; 2])> {
         let (o, d) = affine::ray_to_object(&self.to_shape, &self.inverse, origin, direction)?;
         let radius = f64::from(self.radius);
-        // Around the point of the line nearest the centre the quadratic has no linear term, hence no cancellation.
         let a = d.length_squared();
         let middle = -o.dot(d) / a;
-        let discriminant = radius * radius - (o + d * middle).length_squared();
-        if discriminant < 0.0 || discriminant.is_nan() {
-            return None;
-        }
-        let half = (discriminant / a).sqrt();
-        // The product of the roots gives the one that would cancel: t0 t1 = (|o|² − r²)/a.
-        let c = (o.length() - radius) * (o.length() + radius) / a;
-        let far = middle + half.copysign(middle);
-        let near = if far == 0.0 { 0.0 } else { c / far };
-        let (t0, t1) = if near < far { (near, far) } else { (far, near) };
-        for t in [t0, t1] {
+        let nearest_squared = (o + d * middle).length_squared();
+        let line = RoundHit { a, middle, nearest_squared, origin: o.length(), radius };
+        for t in line.crossings()? {
             let rounded = t as f32;
             if rounded > t_min && rounded < t_max {
                 let p = o + d * t;

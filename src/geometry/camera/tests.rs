@@ -165,8 +165,8 @@ fn a_spherical_camera_sees_everything_once() {
             let angle =
                 if mapping == "equalarea" { 1.0 } else { f64::from((film.y / 32.0 * std::f32::consts::PI).sin()) };
             whole += angle;
-            for axis in 0..3 {
-                sum[axis] += angle * f64::from(ray.direction[axis] * ray.direction[axis]);
+            for (axis, part) in sum.iter_mut().enumerate() {
+                *part += angle * f64::from(ray.direction[axis] * ray.direction[axis]);
             }
             let back = camera.project(ray.origin + 3.0 * ray.direction).expect("everything is seen");
             assert!(back.distance(film) < 1e-2, "{mapping} {film} {back}");

@@ -145,7 +145,7 @@ fn read_grid(grid: &Bytes<'_>) -> Result<Result<NanoGrid, Skipped>, String> {
     // After 22 single numbers the map has its matrix in double precision, row by row, then the same of its inverse, and what it adds.
     const MAP: usize = 296 + 22 * 4;
     let number = |i: usize| grid.f64(MAP + 8 * i);
-    let rows: [f64; 9] = bytes::all(|i| number(i))?;
+    let rows: [f64; 9] = bytes::all(number)?;
     let moved: [f64; 3] = bytes::all(|i| number(18 + i))?;
     let matrix3 = DMat3::from_cols_array(&rows).transpose();
     let world_from_index = DAffine3 { matrix3, translation: DVec3::from_array(moved) };
