@@ -13,6 +13,7 @@ mod bench;
 mod bench_lean;
 mod bench_regression;
 mod command_line;
+mod damaged_files;
 mod replay;
 mod scenes;
 mod stability;

@@ -1,0 +1,180 @@
+//! Hundreds of damaged files of every format that a scene may name, through the built program: each is refused with a message that says where, or read
+//! after all, within two seconds of one processor and its memory, and nothing is left behind. Seeds are fixed.
+
+use std::io::{Cursor, Write};
+use std::time::{Duration, Instant};
+
+use crate::program::faults::{Faults, Orderly, Renders};
+use crate::program::{Folder, HEAD};
+use lanternfish::film::exr::write_exr;
+use lanternfish::film::{ChannelImage, PixelBounds};
+use lanternfish::math::sampler::Stream;
+
+/// Damaged files made of each whole one.
+const EACH: usize = 32;
+
+/// Copies of `whole`: cut short at even distances, with bits flipped, with numbers replaced by the largest and least there are, and where it is text with
+/// words replaced by such as no one means.
+fn damaged(whole: &[u8], seed: u64) -> Vec<Vec<u8>> {
+    let mut stream = Stream::from_seed(seed);
+    let mut below = |n: usize| ((stream.next_f32() * n as f32) as usize).min(n.saturating_sub(1));
+    let is_text = whole.is_ascii() && !whole.contains(&0);
+    let words: Vec<(usize, usize)> = {
+        let mut words = Vec::new();
+        let mut start = None;
+        for (i, byte) in whole.iter().enumerate() {
+            match (byte.is_ascii_whitespace(), start) {
+                (false, None) => start = Some(i),
+                (true, Some(from)) => {
+                    words.push((from, i));
+                    start = None;
+                }
+                _ => {}
+            }
+        }
+        words
+    };
+    (0..EACH)
+        .map(|number| {
+            let mut copy = whole.to_vec();
+            match number % 4 {
+                0 => copy.truncate(whole.len() * (number / 4) / (EACH / 4)),
+                1 => {
+                    for _ in 0..=below(4) {
+                        copy[below(whole.len())] ^= 1 << below(8);
+                    }
+                }
+                2 if is_text && !words.is_empty() => {
+                    const NONSENSE: [&str; 8] =
+                        ["1e999", "-1", "nan", "4294967295", "999999999999999999999", "[", "\"", "0"];
+                    let (from, to) = words[below(words.len())];
+                    copy.splice(from..to, NONSENSE[below(NONSENSE.len())].bytes());
+                }
+                _ => {
+                    const NUMBERS: [u32; 5] = [u32::MAX, i32::MAX as u32, 1 << 31, 0, 0x7f80_0000];
+                    let at = below(whole.len().saturating_sub(4).max(1));
+                    let end = (at + 4).min(whole.len());
+                    copy[at..end].copy_from_slice(&NUMBERS[below(NUMBERS.len())].to_le_bytes()[..end - at]);
+                }
+            }
+            copy
+        })
+        .collect()
+}
+
+/// Renders a scene that says `text` with each damaged copy of the file `name` in turn, and prints what came of them.
+fn survive(name: &str, whole: &[u8], text: &str, seed: u64) {
+    let folder = Folder::new("damaged");
+    folder.write("scene.pbrt", format!("{HEAD}{text}\n"));
+    let mut faults = Faults::default();
+    let mut slowest = Duration::ZERO;
+    // Whole, it is read.
+    folder.write(name, whole);
+    faults.render(&folder, name, Renders);
+    for (number, copy) in damaged(whole, seed).into_iter().enumerate() {
+        folder.write(name, &copy);
+        let start = Instant::now();
+        faults.render(&folder, &format!("{name}, damaged in way {number}"), Orderly);
+        slowest = slowest.max(start.elapsed());
+    }
+    println!("{name}: {EACH} damaged files, the slowest took {:.2} s", slowest.as_secs_f64());
+}
+
+const LIT: &str = "LightSource \"infinite\"";
+
+fn picture(format: image::ImageFormat) -> Vec<u8> {
+    let pixels = image::RgbImage::from_fn(16, 16, |x, y| image::Rgb([x as u8 * 16, y as u8 * 8, 128]));
+    let mut bytes = Cursor::new(Vec::new());
+    pixels.write_to(&mut bytes, format).expect("it can be encoded");
+    bytes.into_inner()
+}
+
+/// As textures, where what cannot be read is magenta, and as lights, where it is refused.
+fn survive_image(name: &str, whole: &[u8], seed: u64) {
+    let texture = format!(
+        "{LIT}\nTexture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{name}\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\""
+    );
+    survive(name, whole, &texture, seed);
+    let light = format!("LightSource \"infinite\" \"string filename\" \"{name}\"\nShape \"sphere\"");
+    survive(name, whole, &light, seed + 1);
+}
+
+#[test]
+fn damaged_scenes_are_survived() {
+    let scene = "MakeNamedMaterial \"m\" \"string type\" \"conductor\" \"float roughness\" 0.2\nNamedMaterial \"m\"\nAttributeBegin\nTranslate 0 1 0\n\
+                 Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0] \"integer indices\" [0 1 2 2 1 3]\nAttributeEnd\n\
+                 LightSource \"point\" \"rgb I\" [1 2 3]\nObjectBegin \"o\" Shape \"sphere\" \"float radius\" 0.3 ObjectEnd ObjectInstance \"o\"\n";
+    survive("junk", scene.as_bytes(), "Include \"junk\"", 1);
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    gz.write_all(scene.as_bytes()).expect("it can be packed");
+    survive("junk", &gz.finish().expect("it can be packed"), "Include \"junk\"", 2);
+}
+
+#[test]
+fn damaged_meshes_are_survived() {
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let text = format!("{}0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 2 1 3\n", header("ascii"));
+    let shape = format!("{LIT}\nShape \"plymesh\" \"string filename\" \"mesh.ply\"");
+    survive("mesh.ply", text.as_bytes(), &shape, 3);
+    let mut binary = header("binary_little_endian").into_bytes();
+    for v in [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0] {
+        binary.extend(v.to_le_bytes());
+    }
+    for face in [[0i32, 1, 2], [2, 1, 3]] {
+        binary.push(3);
+        face.iter().for_each(|i| binary.extend(i.to_le_bytes()));
+    }
+    survive("mesh.ply", &binary, &shape, 4);
+}
+
+#[test]
+fn damaged_images_are_survived() {
+    survive_image("a.png", &picture(image::ImageFormat::Png), 10);
+    survive_image("a.jpg", &picture(image::ImageFormat::Jpeg), 20);
+    survive_image("a.tga", &picture(image::ImageFormat::Tga), 30);
+    let mut hdr = Cursor::new(Vec::new());
+    let radiance: Vec<image::Rgb<f32>> = (0..256).map(|i| image::Rgb([i as f32, 0.5, 100.0])).collect();
+    image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&radiance, 16, 16).expect("it can be encoded");
+    survive_image("a.hdr", &hdr.into_inner(), 40);
+    let mut pfm = b"PF\n16 16\n-1.0\n".to_vec();
+    (0..256 * 3).for_each(|i| pfm.extend((i as f32).to_le_bytes()));
+    survive_image("a.pfm", &pfm, 50);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.exr");
+    let bounds = PixelBounds::full(16, 16);
+    let plane = |scale: f32| (0..256).map(|i| i as f32 * scale).collect::<Vec<f32>>();
+    let channels = vec![("R".into(), plane(1.0)), ("G".into(), plane(2.0)), ("B".into(), plane(0.5))];
+    write_exr(&path, &ChannelImage { bounds, display: bounds, channels, attributes: vec![] }).expect("written");
+    survive_image("a.exr", &std::fs::read(&path).expect("it is there"), 60);
+}
+
+#[test]
+fn damaged_descriptions_of_lamps_lenses_and_volumes_are_survived() {
+    let ies = "IESNA:LM-63-2002\n[TEST] none\nTILT=NONE\n1 1000 1 5 2 1 2 0 0 0\n1 1 50\n0 30 60 90 180\n0 90\n100 80 40 10 0\n100 70 30 10 0\n";
+    survive("a.ies", ies.as_bytes(), "LightSource \"point\" \"string ies\" \"a.ies\"\nShape \"sphere\"", 70);
+    let volume = "LightSource \"infinite\"\nMakeNamedMedium \"m\" \"string type\" \"nanovdb\" \"string filename\" \"a.nvdb\" \"float scale\" 0.01\n\
+                  MediumInterface \"m\" \"\" Material \"interface\" Shape \"sphere\" \"float radius\" 20";
+    survive("a.nvdb", include_bytes!("../data/nanovdb/density-fp8.nvdb"), volume, 80);
+    survive("a.nvdb", include_bytes!("../data/nanovdb/density-blosc.nvdb"), volume, 81);
+}
+
+/// A lens stands in the head of a scene, so it has one of its own.
+#[test]
+fn damaged_lenses_are_survived() {
+    let lens = "# a lens\n100 10 1.5 20\n-100 5 1 20\n0 80 0 8\n";
+    let folder = Folder::new("lens");
+    folder.write(
+        "scene.pbrt",
+        "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 6 Sampler \"zsobol\" \"integer pixelsamples\" 2\n\
+         Camera \"realistic\" \"string lensfile\" \"lens.dat\" \"float focusdistance\" 5\nWorldBegin LightSource \"infinite\" Shape \"sphere\"",
+    );
+    let mut faults = Faults::default();
+    for (number, copy) in damaged(lens.as_bytes(), 90).into_iter().enumerate() {
+        folder.write("lens.dat", &copy);
+        faults.render(&folder, &format!("a lens, damaged in way {number}"), Orderly);
+    }
+}
