@@ -189,6 +189,7 @@ impl SceneDescription {
             .map(|shape| &shape.entity)
             .chain(self.lights.iter().map(|light| &light.entity))
             .chain(&self.area_lights)
+            .chain(self.materials.iter().map(|material| &material.entity))
             .chain(self.textures.iter().map(|texture| &texture.entity))
             .chain(self.media.iter().map(|medium| &medium.entity))
             .chain([&self.camera]);

@@ -394,6 +394,29 @@ fn two_things_never_go_to_one_file() {
     assert_eq!(names(&folder), ["lamp.pbrt"]);
 }
 
+/// Whatever a scene names in whatever way is not written over.
+#[test]
+fn what_a_scene_names_is_never_written_over() {
+    let folder = Folder::new("named");
+    image::RgbImage::from_pixel(2, 2, image::Rgb([128, 128, 255])).save(folder.path("map.png")).expect("written");
+    let ies = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 2 1 1 2 0 0 0\n1 1 50\n0 90\n0\n100 50\n";
+    folder.write("a.ies", ies).write("lens.dat", "100 10 1.5 20\n-100 5 1 20\n0 80 0 8\n");
+    for (name, text) in [
+        ("map.png", "Material \"diffuse\" \"string normalmap\" \"map.png\"\nShape \"sphere\""),
+        ("map.png", "LightSource \"goniometric\" \"string filename\" \"map.png\"\nShape \"sphere\""),
+        ("a.ies", "LightSource \"point\" \"string ies\" \"a.ies\"\nShape \"sphere\""),
+    ] {
+        let before = folder.read(name);
+        folder.write("scene.pbrt", format!("{HEAD}{text}\n"));
+        folder.run(&["render", "scene.pbrt", "-o", "o.exr", "--stats", name]).code(2).says("asked for twice");
+        assert_eq!(folder.read(name), before, "{text}");
+    }
+    let lens = HEAD.replace("\"perspective\" \"float fov\" 40", "\"realistic\" \"string lensfile\" \"lens.dat\"");
+    folder.write("scene.pbrt", format!("{lens}Shape \"sphere\"\n"));
+    folder.run(&["render", "scene.pbrt", "-o", "o.exr", "--stats", "lens.dat"]).code(2).says("asked for twice");
+    assert!(!folder.path("o.exr").exists());
+}
+
 #[test]
 fn an_error_goal_ends_also_where_nothing_is_lit() {
     let folder = Folder::new("black");
