@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
+use super::texture_arguments::TextureArguments;
 use crate::bench::suite::Suite;
 use crate::bench::{Request, When};
 use crate::cache_points::gather::Gathering;
@@ -118,6 +119,9 @@ pub struct RenderArguments {
     /// them to a PLY file of the same name.
     #[arg(long, value_name = "FILE.png", help_heading = "Cache points")]
     pub debug_cache_points: Option<PathBuf>,
+    /// What images on surfaces may take.
+    #[command(flatten)]
+    pub textures: TextureArguments,
     /// Which library traces rays [default: embree where built in].
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,
@@ -347,6 +351,8 @@ impl RenderArguments {
             },
             backend: self.backend,
             max_depth: self.max_depth,
+            textures: self.textures.settings(),
+            texture_levels: self.textures.texture_levels,
             film: FilmOverrides { resolution: self.resolution, crop: self.crop },
             plan_only: false,
             stats: self.stats.clone(),

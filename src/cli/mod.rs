@@ -12,6 +12,7 @@ pub mod scene_command;
 pub mod stability_command;
 #[cfg(test)]
 mod tests;
+mod texture_arguments;
 pub mod try_command;
 pub mod vdb;
 

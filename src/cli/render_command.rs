@@ -111,6 +111,11 @@ fn render(
         let outcome = job.render(seed, settings.budget, &interrupts.stop, listener.as_ref());
         Ok::<_, RenderError>((job, outcome, seed, output, cpu_seconds() - before))
     })?;
+    let mut late = Warnings::default();
+    job.world.materials.report_images(&mut late)?;
+    if !settings.quiet {
+        print_warnings(&late, sources);
+    }
     if outcome.interrupted && outcome.film.sample_count() == 0 {
         say("interrupted before anything was rendered: no image is written");
         return Ok(ExitStatus::Interrupted);
@@ -122,7 +127,7 @@ fn render(
         let passes = is_timed.then(|| outcome.iterations.iter().map(|iteration| iteration.samples));
         replay_command(std::env::args_os().map(lossy), first, passes.into_iter().flatten())
     });
-    let told = after_the_fact(&outcome, replay.as_deref());
+    let told = [warning_lines(&late, sources), after_the_fact(&outcome, replay.as_deref())].concat();
     let mut statistics = Statistics {
         command: command_line(),
         version: env!("CARGO_PKG_VERSION"),
@@ -140,6 +145,7 @@ fn render(
         cpu_seconds: 0.0,
         cpu_seconds_rendering,
         peak_memory: 0,
+        texture_cache: job.world.materials.texture_cache(),
         counters: outcome.counters,
         iterations: outcome.iterations.clone(),
         cache_points: job.world.light_choice.cache_points().map(|cache| cache.statistics().clone()),

@@ -1,22 +1,16 @@
 //! Image files read into memory (textures, environments, images to compare), and PNG pictures for people.
 //!
-//! Formats are told by content: PNG, JPEG, TGA and Radiance HDR through the crate `image`, OpenEXR through [`super::exr`],
-//! PFM by [`super::pfm`]. TGA has no signature, so what nothing else claims is tried as TGA if it is named so.
+//! Which formats there are, and how their files become numbers, is in [`super::stored_image`].
 
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
+use image::ImageEncoder;
 
-use crate::system::input::read_regular;
-use crate::system::memory::available;
+use super::stored_image::{read_stored, read_stored_bytes};
 use crate::system::output::{OutputError, write_atomically};
 
 /// No image may have more pixels than this.
 pub const MAX_PIXELS: usize = 1 << 28;
-
-/// No decoder may allocate more than this many bytes: four 32-bit floats for each of [`MAX_PIXELS`].
-const MAX_BYTES: u64 = (MAX_PIXELS as u64) << 4;
 
 /// How stored values become linear ones.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -70,16 +64,6 @@ pub struct Image {
     pub pixels: Vec<f32>,
 }
 
-impl Image {
-    /// Makes RGBA into RGB if it is opaque all over, as many exporters write (pbrt-v4 does so with its textures).
-    pub fn drop_opaque_alpha(&mut self) {
-        if self.channels == 4 && self.pixels.iter().skip(3).step_by(4).all(|&alpha| alpha == 1.0) {
-            self.pixels = self.pixels.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect();
-            self.channels = 3;
-        }
-    }
-}
-
 /// Why an image could not be read.
 #[derive(Debug, thiserror::Error)]
 #[error("image {path}: {reason}")]
@@ -91,7 +75,7 @@ pub struct ImageError {
 }
 
 impl ImageError {
-    fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
+    pub(super) fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
         Self { path: path.to_owned(), reason: reason.to_string() }
     }
 }
@@ -99,95 +83,12 @@ impl ImageError {
 /// Reads PNG, JPEG, TGA, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA; alpha is never decoded.
 /// Of an OpenEXR file it takes `R G B (A)`, or `Y`, or the only channel there is.
 pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, ImageError> {
-    let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
-    let bytes = read_regular(path, MAX_BYTES).map_err(|e| fail(&e))?;
-    read_image_bytes(path, bytes, encoding)
+    Ok(read_stored(path)?.decoded(encoding))
 }
 
 /// [`read_image`] of a file that is already in memory; `path` is for messages and for telling TGA.
 pub fn read_image_bytes(path: &Path, bytes: Vec<u8>, encoding: Encoding) -> Result<Image, ImageError> {
-    let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
-    let (mut image, is_float) = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        (from_exr(path, &bytes)?, true)
-    } else if bytes.starts_with(b"PF") || bytes.starts_with(b"Pf") {
-        (super::pfm::read_pfm(&bytes).map_err(|reason| fail(&reason))?, true)
-    } else {
-        decode(path, bytes)?
-    };
-    let encoding = match encoding {
-        Encoding::Auto if is_float => Encoding::Linear,
-        encoding => encoding,
-    };
-    if encoding != Encoding::Linear {
-        let channels = image.channels;
-        for (i, value) in image.pixels.iter_mut().enumerate() {
-            if channels < 4 || i % 4 != 3 {
-                *value = encoding.to_linear(*value);
-            }
-        }
-    }
-    Ok(image)
-}
-
-fn from_exr(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
-    let file = super::exr::read_exr_bytes(path, bytes)?;
-    let names: &[&str] = if file.rgb("").is_some() {
-        if file.channel("A").is_some() { &["R", "G", "B", "A"] } else { &["R", "G", "B"] }
-    } else if file.channel("Y").is_some() {
-        &["Y"]
-    } else if let [(only, _)] = file.channels.as_slice() {
-        &[only.as_str()]
-    } else {
-        let found: Vec<&str> = file.channels.iter().map(|(name, _)| name.as_str()).collect();
-        return Err(ImageError::new(path, format!("no channels R, G, B or Y among {}", found.join(", "))));
-    };
-    let planes: Vec<&[f32]> = names.iter().filter_map(|name| file.channel(name)).collect();
-    let pixels = (0..file.bounds.area()).flat_map(|i| planes.iter().map(move |plane| plane[i])).collect();
-    let (width, height) = (file.bounds.width() as usize, file.bounds.height() as usize);
-    Ok(Image { width, height, channels: planes.len(), pixels })
-}
-
-/// Everything that the crate `image` reads; also says whether the file held floats.
-fn decode(path: &Path, bytes: Vec<u8>) -> Result<(Image, bool), ImageError> {
-    let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
-    if bytes.starts_with(&[0xff, 0xd8]) && is_cut_short(&bytes) {
-        return Err(fail(&"the JPEG file is cut short"));
-    }
-    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| fail(&e))?;
-    if reader.format().is_none() {
-        let is_tga = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
-        if !is_tga {
-            return Err(fail(&"not a PNG, JPEG, TGA, Radiance HDR, PFM or OpenEXR file"));
-        }
-        reader.set_format(ImageFormat::Tga);
-    }
-    let mut limits = Limits::default();
-    // Decoded once and turned into floats once.
-    limits.max_alloc = Some(available().map_or(MAX_BYTES, |left| MAX_BYTES.min(left / 2)));
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(|e| fail(&e))?;
-    let (width, height) = decoder.dimensions();
-    let pixels = width as usize * height as usize;
-    if pixels == 0 || pixels > MAX_PIXELS {
-        return Err(fail(&format!("{width} × {height} pixels; from 1 to {MAX_PIXELS} are read")));
-    }
-    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| fail(&e))?;
-    let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
-    let colour = decoded.color();
-    let (channels, pixels) = match (colour.has_color(), colour.has_alpha()) {
-        // Through RGB, because the crate turns colours into luminance but greys into exact greys.
-        (false, false) => (1, decoded.into_rgb32f().into_raw().chunks_exact(3).map(|p| p[0]).collect()),
-        (true, false) => (3, decoded.into_rgb32f().into_raw()),
-        (_, true) => (4, decoded.into_rgba32f().into_raw()),
-    };
-    Ok((Image { width: width as usize, height: height as usize, channels, pixels }, is_float))
-}
-
-/// Whether a JPEG lacks its end-of-image marker after its last start-of-scan marker: the decoder would fill up with grey.
-/// Compressed data cannot contain either marker by chance (ITU-T T.81, B.1.1.5).
-fn is_cut_short(jpeg: &[u8]) -> bool {
-    let last = |marker: u8| jpeg.windows(2).rposition(|pair| pair == [0xff, marker]);
-    last(0xd9) < last(0xda).or(Some(0))
+    Ok(read_stored_bytes(path, bytes)?.decoded(encoding))
 }
 
 /// Writes a PNG of 8 bits a channel, sRGB encoded: linear values are scaled by 2^`exposure`, clipped to 0..=1 (NaN becomes

@@ -11,6 +11,7 @@ pub mod image;
 pub mod pfm;
 pub mod settings;
 mod signed;
+pub mod stored_image;
 #[cfg(test)]
 pub(crate) mod tests;
 

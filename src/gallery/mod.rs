@@ -18,6 +18,7 @@ mod house;
 mod lamp;
 mod masonry;
 mod mesh;
+mod museum;
 mod own_volume;
 mod pier;
 mod rooms;
@@ -100,6 +101,14 @@ pub const SCENES: &[GalleryScene] = &[
         default_lights: 1,
         lights: 1..=1,
         write: |folder, _| lamp::write(folder),
+        around: None,
+    },
+    GalleryScene {
+        name: "museum",
+        description: "a hall of paintings under a lamp each: with 1200, 20 GB of textures",
+        default_lights: museum::DEFAULT_LIGHTS,
+        lights: 1..=4_000,
+        write: museum::write,
         around: None,
     },
     GalleryScene {

@@ -52,11 +52,27 @@ pub fn vector(affine: &Affine3A, v: DVec3) -> Vec3 {
 
 /// The unit image of a normal: by the inverse transpose.
 pub fn normal(affine: &Affine3A, n: DVec3) -> Vec3 {
-    // The cofactor matrix is the inverse transpose times the determinant: no division, so near-singular transforms behave.
+    (cofactors(affine) * n).normalize_or_zero().as_vec3()
+}
+
+/// The unit image of a normal, and the changes of that where the normal changes by each of `dn`.
+pub fn normal_change(affine: &Affine3A, n: DVec3, dn: [Vec3; 2]) -> [Vec3; 3] {
+    let cofactors = cofactors(affine);
+    let image = cofactors * n;
+    let length = image.length();
+    let unit = image / length;
+    let [dx, dy] = dn.map(|dn| {
+        let change = cofactors * dn.as_dvec3() / length;
+        (change - unit * unit.dot(change)).as_vec3()
+    });
+    [unit.as_vec3(), dx, dy]
+}
+
+/// The inverse transpose times the size of the determinant: no division, so near-singular transforms behave.
+fn cofactors(affine: &Affine3A) -> DMat3 {
     let m = linear(affine);
-    let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-    (cofactors * n * sign).normalize_or_zero().as_vec3()
+    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)) * sign
 }
 
 /// A box around the image of the box `low`..`high`, rounded outward.

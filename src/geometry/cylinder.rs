@@ -70,7 +70,8 @@ impl Cylinder {
         affine::box_bounds(&self.to_shape, DVec3::new(-r, -r, low), DVec3::new(r, r, high))
     }
 
-    fn outward(&self, uv: [f32; 2]) -> DVec3 {
+    /// The unit vector away from the axis, in object space.
+    pub(super) fn outward(&self, uv: [f32; 2]) -> DVec3 {
         let (sin, cos) = (f64::from(uv[0]) * f64::from(self.phi_max)).sin_cos();
         DVec3::new(cos, sin, 0.0)
     }

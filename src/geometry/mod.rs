@@ -4,8 +4,10 @@ pub mod affine;
 pub mod bilinear;
 pub mod build;
 pub mod camera;
+mod curvature;
 pub mod curve;
 pub mod cylinder;
+pub mod differentials;
 pub mod disk;
 pub mod extent;
 #[cfg(test)]

@@ -92,6 +92,11 @@ impl Sphere {
         (DVec3::new(sin_theta * phi.cos(), sin_theta * phi.sin(), cos_theta), phi, theta)
     }
 
+    /// The unit vector away from the centre, in object space.
+    pub(super) fn outward(&self, uv: [f32; 2]) -> DVec3 {
+        self.direction_at(uv).0
+    }
+
     /// The unit normal at (u, v) in the shape's space, as ∂p/∂u × ∂p/∂v has it in object space: outward, before any flip.
     pub fn normal(&self, uv: [f32; 2]) -> Vec3 {
         affine::normal(&self.to_shape, self.direction_at(uv).0)

@@ -16,5 +16,5 @@ pub mod world;
 
 pub use counters::Counters;
 pub use light_choice::LightChoice;
-pub use path::{PathSettings, Scratch, trace_path};
+pub use path::{CameraRay, PathSettings, Scratch, trace_path};
 pub use world::World;

@@ -17,9 +17,11 @@ use super::volume_light::FlightPdfs;
 use super::world::World;
 use crate::film::SampleResult;
 use crate::film::gbuffer::SurfaceSample;
+use crate::geometry::differentials::RayDifferentials;
 use crate::geometry::{BoundaryCrossing, Ray, RayHit, SurfacePoint};
 use crate::light::{EmitterHit, LightId, LinkSet};
-use crate::material::MaterialId;
+use crate::material::footprint::Footprint;
+use crate::material::{BsdfSample, MaterialId};
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
 use crate::medium::regions::Regions;
@@ -65,6 +67,9 @@ impl Scratch {
     }
 }
 
+/// A ray from a camera, and how it would change with the pixel, where textures have levels of detail.
+pub type CameraRay = (Ray, Option<RayDifferentials>);
+
 /// A path on its way: where it goes next, and what it carries there.
 pub(super) struct Walk {
     /// Its next ray.
@@ -79,6 +84,8 @@ pub(super) struct Walk {
     pub roulette_scale: f32,
     /// The number of the next ray: 1 for a camera's alone.
     pub index: u32,
+    /// How it would change with the pixel, where textures have levels of detail.
+    pub differentials: Option<RayDifferentials>,
 }
 
 /// The radiance that arrives along `ray` from a camera, as one unbiased sample, sorted into layers. `seen` is told what of it surfaces and environments
@@ -88,7 +95,7 @@ pub(super) struct Walk {
 pub fn trace_path<const MEDIA: bool>(
     world: &World,
     settings: &PathSettings,
-    ray: Ray,
+    (ray, differentials): CameraRay,
     random: &SamplePoint,
     scratch: &mut Scratch,
     seen: impl FnOnce(Rgb, &mut Scratch) -> Rgb,
@@ -102,7 +109,7 @@ pub fn trace_path<const MEDIA: bool>(
         hero: if MEDIA { (random.draw::<2>(0, Dimension::Time)[1] * 3.0) as usize } else { 0 },
         links: None,
     };
-    let start = Walk { ray, path, depth: 0, sampled_from: None, roulette_scale: 1.0, index: 1 };
+    let start = Walk { ray, path, depth: 0, sampled_from: None, roulette_scale: 1.0, index: 1, differentials };
     let mut layers = Layers::new();
     walk::<MEDIA>(world, settings, start, random, scratch, &mut layers);
     if MEDIA {
@@ -122,7 +129,15 @@ pub(super) fn walk<const MEDIA: bool>(
     scratch: &mut Scratch,
     layers: &mut Layers,
 ) {
-    let Walk { mut ray, mut path, mut depth, mut sampled_from, mut roulette_scale, index: first_index } = start;
+    let Walk {
+        mut ray,
+        mut path,
+        mut depth,
+        mut sampled_from,
+        mut roulette_scale,
+        index: first_index,
+        mut differentials,
+    } = start;
     // The first vertex in a medium, where in-scatter sampling may have come to as well.
     let mut mixed: Option<OwnVertex> = None;
 
@@ -143,7 +158,14 @@ pub(super) fn walk<const MEDIA: bool>(
                 && depth < settings.max_depth;
             let began_with = path.weight;
             if is_mixed {
-                let start = RayStart { ray: &ray, number: index, path: &path, depth, roulette_scale };
+                let start = RayStart {
+                    ray: &ray,
+                    number: index,
+                    path: &path,
+                    depth,
+                    roulette_scale,
+                    differentials: differentials.as_ref(),
+                };
                 let scattered = in_scatter::gather(world, settings, &start, random, scratch);
                 layers.add_scattered(scattered, depth + 1);
             }
@@ -232,7 +254,12 @@ pub(super) fn walk<const MEDIA: bool>(
                 let [u0, u1, u_roulette] = random.draw::<3>(index, Dimension::Scatter);
                 let wi = vertex.phase.sample(wo, [u0, u1]);
                 // f / pdf = 1: only the pdf of having sampled a light instead changes.
-                path.weight.light = path.weight.light / vertex.phase.evaluate(wo, wi);
+                let pdf = vertex.phase.evaluate(wo, wi);
+                path.weight.light = path.weight.light / pdf;
+                if let Some(differentials) = &mut differentials {
+                    differentials.pass(t);
+                    differentials.scatter(wi, pdf);
+                }
                 sampled_from = Some(p);
                 path.links = Some(vertex.links);
                 ray = Ray { origin: p, direction: wi, t_max: f32::INFINITY, ..ray };
@@ -292,10 +319,18 @@ pub(super) fn walk<const MEDIA: bool>(
 
         let material = MaterialId(shape.material);
         let [u_mix] = if world.materials.is_mix(material) { random.draw(index, Dimension::Mix) } else { [0.0] };
+        let footprint = match &mut differentials {
+            Some(differentials) => {
+                differentials.transfer(ray.direction, hit.t, point.ng);
+                Footprint::new(differentials.dp, &world.geometry.partials(&ray, &hit))
+            }
+            None => Footprint::NONE,
+        };
         if world.materials.has_relief() {
-            world.materials.emboss(material, &mut point, wo, u_mix, || world.geometry.partials(&ray, &hit));
+            let partials = || world.geometry.partials(&ray, &hit);
+            world.materials.emboss(material, &mut point, wo, u_mix, &footprint, partials);
         }
-        let bsdf = world.materials.bsdf(material, &point, wo, u_mix, random.hash(index, Dimension::Layers));
+        let bsdf = world.materials.bsdf(material, &point, &footprint, u_mix, random.hash(index, Dimension::Layers));
         if layers.first.is_none() {
             layers.first = Some(FirstVertex::Surface);
             layers.result.albedo = bsdf.albedo(wo);
@@ -326,6 +361,9 @@ pub(super) fn walk<const MEDIA: bool>(
         path.links = Some(LinkSet(world.geometry.links(point.shape, point.instance)));
         if sample.is_transmission {
             roulette_scale *= sample.eta * sample.eta;
+        }
+        if let Some(differentials) = &mut differentials {
+            bend(differentials, world, &ray, &hit, &point, &sample, pdf);
         }
         if MEDIA {
             // By the geometric normal: with shading normals a reflection may go through, a transmission may stay.
@@ -374,6 +412,29 @@ fn emitter_hit(hit: &RayHit, point: &SurfacePoint, time: f32) -> EmitterHit {
         p: point.p,
         ng: point.ng,
         uv: point.uv,
+    }
+}
+
+/// Makes the ray differentials at a surface those of the scattered ray.
+fn bend(
+    differentials: &mut RayDifferentials,
+    world: &World,
+    ray: &Ray,
+    hit: &RayHit,
+    point: &SurfacePoint,
+    sample: &BsdfSample,
+    pdf: f32,
+) {
+    if !sample.is_specular {
+        differentials.scatter(sample.wi, pdf);
+        return;
+    }
+    let dn = || world.geometry.normal_change(ray, hit, point.ns, differentials.dp);
+    match (sample.is_transmission, sample.eta) {
+        (false, _) => differentials.reflect(ray.direction, point.ns, dn()),
+        // Straight through.
+        (true, 1.0) => {}
+        (true, eta) => differentials.refract(ray.direction, sample.wi, point.ns, dn(), eta),
     }
 }
 

@@ -1,10 +1,13 @@
 //! From `Material` and `MakeNamedMaterial` directives to [`Materials`]. What the parameters of each type mean is in `build_kind.rs` and
 //! `build_relief.rs`.
 
+use std::sync::Arc;
+
 use super::build_kind::{Names, material};
 use super::build_relief::relief;
 use super::build_texture::{Loader, TextureBuilder};
 use super::kinds::Material;
+use super::mip_map::memory::{TextureMemory, TextureSettings};
 use super::relief::Relief;
 use super::texture::{FloatInput, Textures};
 use super::{Alpha, MaterialId, Materials, Traits};
@@ -13,12 +16,18 @@ use crate::scene::{SceneDescription, SceneError, SceneErrorKind, TextureOr, Warn
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 
 impl Materials {
-    /// Builds the materials of a scene: that of index i in [`SceneDescription::materials`] becomes `MaterialId(i)`.
+    /// Builds the materials of a scene, whose images take as much memory as `images` says: that of index i in [`SceneDescription::materials`] becomes `MaterialId(i)`.
     ///
     /// # Errors
     /// Parameters of a wrong type, names that refer to nothing, mixes or textures that contain themselves; under `strict` also
     /// image files that cannot be read.
-    pub fn build(scene: &SceneDescription, strict: bool, warnings: &mut Warnings) -> Result<Self> {
+    pub fn build(
+        scene: &SceneDescription,
+        images: TextureSettings,
+        strict: bool,
+        warnings: &mut Warnings,
+    ) -> Result<Self> {
+        let memory = Arc::new(TextureMemory::new(images, strict));
         let mut textures = Textures::default();
         let mut loader = Loader::new(scene);
         let mut list = Vec::with_capacity(scene.materials.len());
@@ -36,6 +45,7 @@ impl Materials {
                 warnings: &mut *warnings,
                 textures: &mut textures,
                 loader: &mut loader,
+                memory: &memory,
                 open: Vec::new(),
             };
             let material = material(entity, &names, &mut builder)?;
@@ -49,7 +59,7 @@ impl Materials {
             reliefs = Vec::new();
         }
         let traits = traits(&list, scene)?;
-        Ok(Self { list, traits, reliefs, textures, alphas: Vec::new(), loader })
+        Ok(Self { list, traits, reliefs, textures, alphas: Vec::new(), loader, memory })
     }
 
     /// The number to store in [`crate::geometry::Shape::alpha`] for a shape's `alpha`; `None` where it is a constant of 1 or
@@ -64,8 +74,8 @@ impl Materials {
         strict: bool,
         warnings: &mut Warnings,
     ) -> Result<Option<u32>> {
-        let Self { textures, loader, .. } = self;
-        let mut builder = TextureBuilder { scene, strict, warnings, textures, loader, open: Vec::new() };
+        let Self { textures, loader, memory, .. } = self;
+        let mut builder = TextureBuilder { scene, strict, warnings, textures, loader, memory, open: Vec::new() };
         let input = builder.float(Some(value), 1.0)?;
         if matches!(input, FloatInput::Constant(alpha) if alpha >= 1.0) {
             return Ok(None);

@@ -31,7 +31,7 @@ fn normals(file: &str, params: &ParamSet, builder: &mut TextureBuilder) -> Resul
     let Some(image) = builder.image(file, Encoding::Linear, span, "the surface stays as it is")? else {
         return Ok(Relief::None);
     };
-    if image.channels < 3 {
+    if image.is_grey() {
         let reason = "a map of normals has red, green and blue, but this image is grey".to_owned();
         let path = builder.scene.resolve(file);
         return Err(SceneError::at(span, SceneErrorKind::File { path, reason }));

@@ -8,20 +8,23 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::image_texture::{Filter, ImageMap, Wrap};
+use super::image_texture::{Filter, ImageMap, MAGENTA, Wrap};
+use super::mip_map::MipMap;
+use super::mip_map::memory::TextureMemory;
 use super::procedural::{Marble, NoiseTexture, Weight};
 use super::texture::{FloatInput, FloatTexture, RgbInput, RgbTexture, Textures};
-use crate::film::image::{Encoding, Image, read_image};
+use crate::film::image::Encoding;
+use crate::film::stored_image::read_header;
 use crate::math::Rgb;
 use crate::scene::{ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, TextureEntity, TextureOr, Warnings};
 
 pub(super) type Result<T> = std::result::Result<T, Box<SceneError>>;
 
-/// What stands for a colour whose image is missing.
-const MAGENTA: Rgb = Rgb::new(1.0, 0.0, 1.0);
-
 /// Textures within textures beyond this are refused: a file may nest as deeply as it likes, the stack may not.
 const DEEPEST: usize = 64;
+
+/// The longest ellipse of the EWA filter, in its widths: more only takes more time.
+const MOST_ANISOTROPY: f32 = 64.0;
 
 /// Look-ups of images, of noise and of blends that one look-up of a texture may come to: textures that name each other twice double it at every level.
 const MOST_LOOKUPS: u32 = 1024;
@@ -33,7 +36,7 @@ pub struct Loader {
     places: HashMap<(String, bool), usize>,
     floats: HashMap<String, FloatInput>,
     rgbs: HashMap<String, RgbInput>,
-    images: HashMap<(PathBuf, EncodingKey), Option<Arc<Image>>>,
+    images: HashMap<(PathBuf, EncodingKey), Option<Arc<MipMap>>>,
 }
 
 /// [`Encoding`] in a form that can be looked up.
@@ -63,8 +66,8 @@ impl Loader {
         Self { places: scene.textures.iter().enumerate().map(key).collect(), ..Self::default() }
     }
 
-    /// The images in memory.
-    pub fn images(&self) -> impl Iterator<Item = &Image> {
+    /// The images that something refers to.
+    pub fn images(&self) -> impl Iterator<Item = &MipMap> {
         self.images.values().flatten().map(|image| &**image)
     }
 }
@@ -76,6 +79,7 @@ pub(super) struct TextureBuilder<'a> {
     pub warnings: &'a mut Warnings,
     pub textures: &'a mut Textures,
     pub loader: &'a mut Loader,
+    pub memory: &'a Arc<TextureMemory>,
     /// The textures being built, to notice those that contain themselves.
     pub open: Vec<(String, bool)>,
 }
@@ -250,10 +254,13 @@ impl<'a> TextureBuilder<'a> {
         };
         let filter = match params.string("filter")? {
             None | Some("bilinear") => Filter::Bilinear,
-            Some(kind @ ("trilinear" | "EWA" | "ewa")) => {
-                let what = format!("\"{kind}\" is done as \"bilinear\": the samples of a pixel do the rest");
-                params.warn_ignored("filter", &what, self.warnings);
-                Filter::Bilinear
+            Some("trilinear") => Filter::Trilinear,
+            Some("EWA" | "ewa") => {
+                let most = params.float("maxanisotropy", 8.0)?;
+                if !(1.0..=MOST_ANISOTROPY).contains(&most) {
+                    return Err(params.wrong("maxanisotropy", &format!("from 1 to {MOST_ANISOTROPY}")));
+                }
+                Filter::Ewa(most)
             }
             Some("point") => Filter::Point,
             Some(other) => return Err(bad_word(params, "filter", other, "point, bilinear, trilinear or EWA")),
@@ -268,39 +275,27 @@ impl<'a> TextureBuilder<'a> {
         Ok(image.map(|image| ImageMap { image, wrap, filter, mapping, scale, invert }))
     }
 
-    /// The image of a file, read once for each encoding; `None` where it cannot be read (and that was warned about, with `instead` for what
-    /// happens).
-    pub fn image(&mut self, file: &str, encoding: Encoding, span: Span, instead: &str) -> Result<Option<Arc<Image>>> {
+    /// The image of a file, once for each encoding, of which only the header is read; `None` where that cannot be read (and that was warned about, with
+    /// `instead` for what happens).
+    pub fn image(
+        &mut self,
+        file: &str,
+        encoding: Encoding,
+        span: Span,
+        instead: &'static str,
+    ) -> Result<Option<Arc<MipMap>>> {
         let path = self.scene.resolve(file);
         let key = (path.clone(), EncodingKey::from(encoding));
         if let Some(image) = self.loader.images.get(&key) {
             return Ok(image.clone());
         }
-        let read = read_image(&path, encoding).map_err(|error| error.reason).and_then(|image| {
-            let whole = image.width > 0
-                && image.height > 0
-                && image.channels > 0
-                && image.pixels.len() == image.width * image.height * image.channels;
-            if whole { Ok(image) } else { Err("the image is empty".to_owned()) }
-        });
-        let image = match read {
-            Ok(mut image) => {
-                let bad = image.pixels.iter_mut().filter(|value| !value.is_finite()).map(|value| *value = 0.0).count();
-                if bad > 0 {
-                    let message = format!("{bad} values of {} are not finite: 0 is used instead", path.display());
-                    if self.strict {
-                        return Err(SceneError::at(span, SceneErrorKind::File { path, reason: message }));
-                    }
-                    self.warnings.add(Some(span), message);
-                }
-                image.drop_opaque_alpha();
-                Some(Arc::new(image))
+        let image = match read_header(&path) {
+            Ok(header) => Some(Arc::new(MipMap::new(path, encoding, span, instead, &header, self.memory))),
+            Err(error) if self.strict => {
+                return Err(SceneError::at(span, SceneErrorKind::File { path, reason: error.reason }));
             }
-            Err(reason) if self.strict => {
-                return Err(SceneError::at(span, SceneErrorKind::File { path, reason }));
-            }
-            Err(reason) => {
-                let message = format!("cannot read {}: {reason}; {instead}", path.display());
+            Err(error) => {
+                let message = format!("cannot read {}: {}; {instead}", path.display(), error.reason);
                 self.warnings.add(Some(span), message);
                 None
             }

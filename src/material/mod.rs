@@ -3,7 +3,7 @@
 //! One file an idea: `bsdf.rs` is the interface, `diffuse.rs`, `diffuse_transmission.rs`, `conductor.rs`, `dielectric.rs`,
 //! `thin_dielectric.rs`, `layered.rs` (over `base.rs`) and `hair/` the kinds of scattering (in the local frame), `microfacet.rs`,
 //! `fresnel.rs` and `subsurface.rs` what they are made of, `kinds.rs` the materials with their inputs, `texture.rs`,
-//! `texture_mapping.rs`, `image_texture.rs` and `procedural.rs` the inputs, `relief.rs` normal and bump maps, `opacity.rs` alpha masks, `build.rs`, `build_kind.rs`,
+//! `texture_mapping.rs`, `footprint.rs`, `image_texture.rs` (over `mip_map/`, with `ewa.rs`) and `procedural.rs` the inputs, `relief.rs` normal and bump maps, `opacity.rs` alpha masks, `build.rs`, `build_kind.rs`,
 //! `build_relief.rs`, `build_texture.rs` and `build_procedural.rs` the way from a scene file.
 
 pub mod base;
@@ -17,6 +17,8 @@ pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
+mod ewa;
+pub mod footprint;
 pub mod fresnel;
 pub mod hair;
 pub mod image_texture;
@@ -24,6 +26,7 @@ mod kinds;
 pub mod layered;
 pub mod local;
 pub mod microfacet;
+pub mod mip_map;
 pub mod opacity;
 pub mod procedural;
 pub mod relief;
@@ -35,13 +38,20 @@ pub mod thin_dielectric;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 pub use bsdf::{Bsdf, BsdfSample, Lobe};
 
 use crate::geometry::SurfacePoint;
 use crate::math::{Frame, ONE_MINUS_EPSILON};
+use crate::scene::{SceneError, Warnings};
+use footprint::Footprint;
 use kinds::Material;
+use mip_map::MipMap;
+use mip_map::cache::TileCacheStatistics;
+use mip_map::memory::TextureMemory;
 use relief::Relief;
 use texture::{FloatInput, RgbInput, Textures};
 
@@ -58,10 +68,20 @@ pub struct TexturePoint {
     pub n: Vec3,
     /// Texture coordinates.
     pub uv: Vec2,
+    /// What the ray that came here covers.
+    pub footprint: Footprint,
+}
+
+impl TexturePoint {
+    /// Where textures of a surface are looked up.
+    #[inline]
+    pub fn new(point: &SurfacePoint, footprint: &Footprint) -> Self {
+        Self { p: point.p, n: point.ng, uv: point.uv, footprint: *footprint }
+    }
 }
 
 /// All materials and textures of a scene.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Materials {
     list: Vec<Material>,
     /// What is known of each, of mixes by their parts.
@@ -71,6 +91,7 @@ pub struct Materials {
     textures: Textures,
     alphas: Vec<Alpha>,
     loader: build_texture::Loader,
+    memory: Arc<TextureMemory>,
 }
 
 /// The opacity of some shapes.
@@ -91,10 +112,10 @@ struct Traits {
 }
 
 impl Materials {
-    /// The scattering at `point`. `u` in [0, 1) chooses among mixed materials; `wo` points away from the surface; `seed` starts the
+    /// The scattering at `point`, whose textures are looked up as finely as `footprint` says. `u` in [0, 1) chooses among mixed materials; `seed` starts the
     /// random walks of layered materials.
-    pub fn bsdf(&self, material: MaterialId, point: &SurfacePoint, _wo: Vec3, u: f32, seed: u32) -> Bsdf {
-        let at = TexturePoint { p: point.p, n: point.ng, uv: point.uv };
+    pub fn bsdf(&self, material: MaterialId, point: &SurfacePoint, footprint: &Footprint, u: f32, seed: u32) -> Bsdf {
+        let at = TexturePoint::new(point, footprint);
         let frame = Frame::from_zx(point.ns, point.dpdu);
         let material = &self.list[self.resolve_mix(material, &at, u).0 as usize];
         Bsdf::new(frame, material.lobe(&self.textures, &at, seed))
@@ -166,9 +187,47 @@ impl Materials {
         self.textures.len()
     }
 
-    /// How many image files are held in memory.
+    /// How many image files they refer to.
     pub fn images_in_use(&self) -> usize {
         self.loader.images().count()
+    }
+
+    /// Whether any texture has levels of detail: if not, nobody asks what rays cover.
+    pub fn has_levels(&self) -> bool {
+        self.loader.images().next().is_some()
+    }
+
+    /// All shapes and materials are known: reads all images, if they fit into memory, else sees to it that they are read as needed.
+    ///
+    /// # Errors
+    /// As [`Self::report_images`].
+    pub fn settle_images(&self, warnings: &mut Warnings) -> Result<(), Box<SceneError>> {
+        self.memory.settle(self.loader.images());
+        self.report_images(warnings)
+    }
+
+    /// Takes down what went wrong with images since the last time.
+    ///
+    /// # Errors
+    /// Tiles that could not be written; under `strict` images that could not be read.
+    pub fn report_images(&self, warnings: &mut Warnings) -> Result<(), Box<SceneError>> {
+        self.memory.report(warnings)
+    }
+
+    /// Whether rendering on is of no use since images could not be read as was asked for.
+    #[inline]
+    pub fn has_failed(&self) -> bool {
+        self.memory.has_failed()
+    }
+
+    /// What the cache of tiles did, where images do not fit into memory.
+    pub fn texture_cache(&self) -> Option<TileCacheStatistics> {
+        self.memory.statistics()
+    }
+
+    /// Bytes of all images at all levels, at most.
+    pub fn image_bytes(&self) -> u64 {
+        self.loader.images().map(MipMap::whole).sum()
     }
 
     /// How many `alpha` masks shapes refer to.
@@ -183,6 +242,7 @@ impl Materials {
             + size_of_val(&*self.reliefs)
             + size_of_val(&*self.alphas)
             + self.textures.memory()
-            + self.loader.images().map(|image| size_of_val(&*image.pixels)).sum::<usize>()
+            + self.loader.images().map(MipMap::resident).sum::<usize>()
+            + self.texture_cache().map_or(0, |cache| cache.limit as usize)
     }
 }

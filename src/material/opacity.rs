@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::footprint::Footprint;
 use super::{Materials, TexturePoint};
 use crate::geometry::Geometry;
 use crate::geometry::shape::ShapeKind;
@@ -15,7 +16,7 @@ impl Opacity for Materials {
         // A pattern in space stays with a moving object: it is that of the place where the object starts.
         let (p, n) = if alpha.is_spatial { geometry.place(at) } else { (Vec3::ZERO, Vec3::Z) };
         let uv = texture_coordinates(&shape.kind, at.primitive, at.uv);
-        let alpha = alpha.input.evaluate(&self.textures, &TexturePoint { p, n, uv });
+        let alpha = alpha.input.evaluate(&self.textures, &TexturePoint { p, n, uv, footprint: Footprint::NONE });
         if alpha >= 1.0 {
             return true;
         }

@@ -9,6 +9,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::footprint::Footprint;
 use super::image_texture::ImageMap;
 use super::texture::{FloatInput, Textures};
 use super::{MaterialId, Materials, TexturePoint};
@@ -49,12 +50,13 @@ impl Materials {
         point: &mut SurfacePoint,
         wo: Vec3,
         u: f32,
+        footprint: &Footprint,
         partials: impl FnOnce() -> Partials,
     ) {
-        let at = TexturePoint { p: point.p, n: point.ng, uv: point.uv };
+        let at = TexturePoint::new(point, footprint);
         let ns = match &self.reliefs[self.resolve_mix(material, &at, u).0 as usize] {
             Relief::None => return,
-            Relief::Normals(map) => mapped(map.rgb(at.uv), point),
+            Relief::Normals(map) => map.colour(&at).and_then(|stored| mapped(stored, point)),
             Relief::Heights { height, step } => bumped(height, *step, &at, &self.textures, point.ns, &partials()),
         };
         if let Some(ns) = ns {
@@ -83,7 +85,9 @@ fn bumped(
     let here = height.evaluate(textures, at);
     let slope = |axis: usize, dp: Vec3| {
         let mut uv = at.uv;
-        uv[axis] += step[axis];
+        // As far as the ray's neighbours, where they are farther than a texel (pbrt-v4, section 10.5.4).
+        let covered = 0.5 * (at.footprint.duv[0][axis].abs() + at.footprint.duv[1][axis].abs());
+        uv[axis] += step[axis].max(covered.min(0.5));
         // What rounding left of the step.
         let step = uv[axis] - at.uv[axis];
         let there = height.evaluate(textures, &TexturePoint { p: at.p + dp * step, uv, ..*at });
@@ -115,6 +119,7 @@ mod tests {
     use super::*;
     use crate::film::image::Image;
     use crate::material::image_texture::{Filter, Wrap};
+    use crate::material::mip_map::MipMap;
     use crate::material::texture::FloatTexture;
     use crate::material::texture_mapping::Mapping2d;
     use std::sync::Arc;
@@ -123,7 +128,7 @@ mod tests {
     fn ramp() -> ImageMap {
         let pixels = (0..=100).map(|i| i as f32 / 100.0).collect();
         ImageMap {
-            image: Arc::new(Image { width: 101, height: 1, channels: 1, pixels }),
+            image: Arc::new(MipMap::in_memory(Image { width: 101, height: 1, channels: 1, pixels })),
             wrap: Wrap::Clamp,
             filter: Filter::Bilinear,
             mapping: Mapping2d::IDENTITY,
@@ -139,7 +144,7 @@ mod tests {
         let step = map.half_texel();
         assert!((step.x - 0.5 / 101.0).abs() < 1e-7 && step.y == 0.5);
         let height = FloatInput::Texture(textures.add_float(FloatTexture::Image(Arc::new(map)), 1));
-        let at = TexturePoint { p: Vec3::ZERO, n: Vec3::Z, uv: Vec2::new(0.3, 0.5) };
+        let at = TexturePoint { p: Vec3::ZERO, n: Vec3::Z, uv: Vec2::new(0.3, 0.5), footprint: Footprint::NONE };
         // The height rises by 1.01 over a unit of u, which is 4 long.
         for dpdu in [Vec3::new(4.0, 0.0, 0.0), Vec3::new(0.0, -4.0, 0.0), Vec3::new(4.0, 0.0, 7.0)] {
             let partials = Partials { dpdu, dpdv: dpdu.cross(Vec3::Z) * 3.0 };

@@ -156,7 +156,7 @@ impl Textures {
     fn float(&self, id: FloatTextureId, point: &TexturePoint) -> f32 {
         match &self.floats[id.0 as usize].0 {
             FloatTexture::Scale(texture, scale) => texture.evaluate(self, point) * scale.evaluate(self, point),
-            FloatTexture::Image(map) => map.float(map.mapping.at(point)),
+            FloatTexture::Image(map) => map.float(point),
             FloatTexture::Blend(a, b, weight) => match weight.at(self, point) {
                 0.0 => a.evaluate(self, point),
                 1.0 => b.evaluate(self, point),
@@ -174,7 +174,7 @@ impl Textures {
     fn rgb(&self, id: RgbTextureId, point: &TexturePoint) -> Rgb {
         match &self.rgbs[id.0 as usize].0 {
             RgbTexture::Scale(texture, scale) => texture.evaluate(self, point) * scale.evaluate(self, point),
-            RgbTexture::Image(map) => map.rgb(map.mapping.at(point)),
+            RgbTexture::Image(map) => map.rgb(point),
             RgbTexture::Blend(a, b, weight) => match weight.at(self, point) {
                 0.0 => a.evaluate(self, point),
                 1.0 => b.evaluate(self, point),

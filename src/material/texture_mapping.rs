@@ -5,6 +5,7 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::TexturePoint;
+use super::mip_map::View;
 
 /// Coordinates in two dimensions.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +32,43 @@ pub enum Mapping2d {
     Cylindrical(Affine3A),
 }
 
+/// Coordinates on an image, and how they change to neighbours of the ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureCoordinates {
+    /// s to the right, t upwards: from 0 to 1 across the image.
+    pub st: Vec2,
+    /// Their change to either neighbour; 0 where nothing is known of neighbours.
+    pub change: [Vec2; 2],
+}
+
+impl TextureCoordinates {
+    /// Twice what they change by, in texels of the image: the width of pbrt-v4's filters.
+    #[inline]
+    pub fn extent(&self, view: &View) -> f32 {
+        let size = Vec2::new(view.levels()[0].width as f32, view.levels()[0].height as f32);
+        let [a, b] = self.change.map(|change| (change * size).abs().max_element());
+        2.0 * a.max(b)
+    }
+}
+
 impl Mapping2d {
+    /// The coordinates of `point` and of the ray's neighbours there. Those of a mapping that is not linear are told apart by finite differences,
+    /// as short as the footprint.
+    #[inline]
+    pub fn across(&self, point: &TexturePoint) -> TextureCoordinates {
+        let st = self.at(point);
+        let change = match self {
+            _ if point.footprint.is_none() => [Vec2::ZERO; 2],
+            Self::Uv { scale, .. } => point.footprint.duv.map(|duv| duv * *scale),
+            _ => point.footprint.dp.map(|dp| {
+                let change = self.at(&TexturePoint { p: point.p + dp, ..*point }) - st;
+                // Angles go round: the shorter way is meant.
+                if matches!(self, Self::Planar { .. }) { change } else { change - change.round() }
+            }),
+        };
+        TextureCoordinates { st, change }
+    }
+
     /// The surface's own coordinates.
     pub const IDENTITY: Self = Self::Uv { scale: Vec2::ONE, delta: Vec2::ZERO };
 

@@ -1,7 +1,7 @@
 //! Perlin's noise and sums of it.
 //!
 //! Sources: Perlin, "Improving Noise" (2002), with his permutation; the choice of gradients and the sums are pbrt-v4's (section 10.6 and its third edition's
-//! 10.6.1 to 10.6.3), so that scenes look alike. Sums have all their octaves: there are no ray differentials to leave out those that are too fine.
+//! 10.6.1 to 10.6.3), so that scenes look alike. Sums have all their octaves: those that are finer than what a ray covers are left to the samples of a pixel.
 
 use glam::Vec3;
 

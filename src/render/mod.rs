@@ -27,6 +27,7 @@ use glam::DVec3;
 use crate::film::{Film, FilmSettings, FilmTile};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
+use crate::geometry::differentials::SampleShare;
 use crate::geometry::trace::TraceError;
 use crate::integrator::in_scatter::equi_angular::EquiAngular;
 use crate::integrator::path::MOST_BOUNCES;
@@ -40,7 +41,8 @@ use progress::Tracking;
 pub use progress::{Progress, ProgressState, Silent};
 pub use replay::{Replay, ReplayError};
 pub use settings::{
-    Budget, LightSelection, PngOutput, RenderSettings, SamplerKind, ViewRays, VolumeLights, VolumeSampling,
+    Budget, LightSelection, PngOutput, RenderSettings, SamplerKind, TextureLevels, ViewRays, VolumeLights,
+    VolumeSampling,
 };
 use splitting::Splitting;
 use stats::Iteration;
@@ -102,6 +104,8 @@ pub struct Job {
     pub splits_views: bool,
     /// Whether the samples of a pixel know nothing of each other.
     pub is_independent: bool,
+    /// What part of a pixel each sample stands for, where textures have levels of detail.
+    pub texture_share: Option<SampleShare>,
     /// What was built and left out.
     pub plan: Plan,
     /// Seconds so far.
@@ -164,6 +168,7 @@ impl Job {
         }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
+        let texture_share = settings.texture_share(scene_spp).filter(|_| world.materials.has_levels());
         let mut path = PathSettings { max_depth, light_candidates: 1 };
         let choice = build::ChoicePlan::of(&world.lights, &world.media, settings);
         if settings.plan_only {
@@ -179,6 +184,7 @@ impl Job {
                 path: &path,
                 seed: settings.seed.unwrap_or(scene_seed),
                 settings: settings.cache,
+                texture_share,
                 on_camera_rays: choice.in_scatter && choice.selector.is_some(),
             };
             if builder.on_camera_rays {
@@ -210,6 +216,7 @@ impl Job {
             in_scatter,
             splits_views,
             is_independent,
+            texture_share,
             plan,
             timings,
             scene_spp,

@@ -12,6 +12,7 @@ use super::progress::Tracking;
 use super::splitting::{PixelSplitting, Split, Splitting, TileSplitting};
 use crate::film::{Film, FilmTile, FilterSample, PixelSamples, SampleResult};
 use crate::geometry::Ray;
+use crate::geometry::differentials::RayDifferentials;
 use crate::integrator::{Counters, Scratch, trace_path, view_ray};
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
@@ -73,7 +74,7 @@ impl Pass<'_> {
             .par_iter_mut()
             .zip(guides.tiles_mut())
             .map_init(Scratch::default, |scratch, (tile, mut guides)| {
-                if self.interrupt.load(Ordering::Relaxed) {
+                if self.interrupt.load(Ordering::Relaxed) || self.job.world.materials.has_failed() {
                     return Counters::default();
                 }
                 scratch.counters = Counters::default();
@@ -150,7 +151,11 @@ impl Pass<'_> {
             // The weight of all that the path brings is still to come.
             self.split::<MEDIA>(pixel, sample, splitting, seen * weight, scratch) * weight.recip()
         };
-        let mut result = trace_path::<MEDIA>(&job.world, &job.path, ray, &random, scratch, seen);
+        let differentials = job.texture_share.map(|share| {
+            RayDifferentials::of_camera(&job.camera, &ray, camera.film, camera.lens, camera.u_time, share)
+        });
+        let camera_ray = (ray, differentials);
+        let mut result = trace_path::<MEDIA>(&job.world, &job.path, camera_ray, &random, scratch, seen);
         let surface = job.film.gbuffer.zip(result.surface);
         result.surface = surface.map(|(coordinates, surface)| job.in_coordinates(coordinates, &surface, &ray, &camera));
         if sample == 0 && result.emission.is_black() {

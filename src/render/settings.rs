@@ -6,6 +6,8 @@ use std::time::Duration;
 use crate::cache_points::CacheSettings;
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
+use crate::geometry::differentials::SampleShare;
+use crate::material::mip_map::memory::TextureSettings;
 use crate::scene::Warnings;
 
 /// When to stop.
@@ -95,6 +97,17 @@ pub enum SamplerKind {
     Independent,
 }
 
+/// At which level of detail images on surfaces are looked up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TextureLevels {
+    /// At that whose texels are about as large as what the ray covers (ray differentials).
+    #[default]
+    Auto,
+    /// At the finest, whatever the ray covers: the samples of a pixel do all the filtering.
+    Finest,
+}
+
 /// Where a PNG goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PngOutput {
@@ -139,6 +152,10 @@ pub struct RenderSettings {
     pub backend: Option<Backend>,
     /// Bounces; `None` for what the scene says.
     pub max_depth: Option<u32>,
+    /// How much memory images on surfaces may take, and where their tiles are kept.
+    pub textures: TextureSettings,
+    /// Whether textures are looked up as finely as rays are thin.
+    pub texture_levels: TextureLevels,
     /// Resolution and crop in place of the scene's.
     pub film: FilmOverrides,
     /// Whether only the plan is wanted: cache points are not built then.
@@ -166,6 +183,17 @@ impl RenderSettings {
             name
         });
         name.with_extension("exr")
+    }
+
+    /// What part of a pixel each of its samples stands for where textures are looked up; `None` where they are looked up at their finest.
+    pub fn texture_share(&self, scene_spp: u32) -> Option<SampleShare> {
+        let samples = match self.budget {
+            Budget::Scene => scene_spp,
+            Budget::Samples(samples) => samples,
+            // As many as it takes: more than make a difference.
+            Budget::Time(_) | Budget::Error(_) => u32::MAX,
+        };
+        (self.texture_levels == TextureLevels::Auto).then(|| SampleShare::of(samples))
     }
 
     /// The PNG file to write beside `output`, if one was asked for.

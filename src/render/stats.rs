@@ -6,6 +6,7 @@ use super::plan::Plan;
 use super::timing::Timings;
 use crate::cache_points::CacheStatistics;
 use crate::integrator::Counters;
+use crate::material::mip_map::cache::TileCacheStatistics;
 
 /// Everything that a render reports about itself.
 #[derive(Clone, Debug, Serialize)]
@@ -42,6 +43,8 @@ pub struct Statistics {
     pub cpu_seconds_rendering: f64,
     /// Largest resident memory of the process in bytes.
     pub peak_memory: u64,
+    /// What the cache of texture tiles did, where images do not fit into memory.
+    pub texture_cache: Option<TileCacheStatistics>,
     /// Rays, steps and vertices.
     pub counters: Counters,
     /// What was done in each iteration over the image.

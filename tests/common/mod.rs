@@ -14,9 +14,10 @@ use std::sync::atomic::AtomicBool;
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::{Film, FilmOverrides};
 use lanternfish::geometry::Backend;
+use lanternfish::material::mip_map::memory::TextureSettings;
 use lanternfish::render::{
-    Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, ViewRays, VolumeLights, VolumeSampling,
-    load,
+    Budget, Job, LightSelection, Outcome, RenderError, RenderSettings, Silent, TextureLevels, ViewRays, VolumeLights,
+    VolumeSampling, load,
 };
 use lanternfish::scene::{Sources, Warnings};
 pub use lanternfish::stability::reference::integrate;
@@ -42,6 +43,10 @@ pub struct Options {
     pub volume_sampling: VolumeSampling,
     /// Whether camera rays are split to find what shines straight into the camera.
     pub view_rays: ViewRays,
+    /// How much memory images on surfaces may take.
+    pub textures: TextureSettings,
+    /// At which level of detail they are looked up.
+    pub texture_levels: TextureLevels,
     /// Bounces in place of the scene's.
     pub max_depth: Option<u32>,
     pub threads: usize,
@@ -67,6 +72,8 @@ impl Default for Options {
             volume_lights: VolumeLights::Auto,
             volume_sampling: VolumeSampling::Auto,
             view_rays: ViewRays::Auto,
+            textures: TextureSettings::default(),
+            texture_levels: TextureLevels::Auto,
             max_depth: None,
             threads: 2,
             film: FilmOverrides::default(),
@@ -96,6 +103,9 @@ pub fn prepare_file(path: &Path, options: &Options, warnings: &mut Warnings) -> 
         volume_lights: options.volume_lights,
         volume_sampling: options.volume_sampling,
         view_rays: options.view_rays,
+        budget: Budget::Samples(options.spp),
+        textures: options.textures.clone(),
+        texture_levels: options.texture_levels,
         max_depth: options.max_depth,
         film: options.film,
         ..RenderSettings::default()

@@ -15,4 +15,5 @@ mod gallery;
 mod materials;
 mod real_files;
 mod references;
+mod textures;
 mod view_rays;

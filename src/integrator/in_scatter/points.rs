@@ -10,6 +10,7 @@ use super::layout::lay_out;
 use super::seeds::seed;
 use super::{InScatter, null_share, vertex_index};
 use crate::geometry::Ray;
+use crate::geometry::differentials::RayDifferentials;
 use crate::integrator::direct::{DirectLight, Vertex};
 use crate::integrator::flight::{MediumVertex, PathState, PathWeight, pass};
 use crate::integrator::layers::{FirstVertex, Layers};
@@ -104,6 +105,8 @@ pub struct RayStart<'a> {
     pub depth: u32,
     /// By what its weight is scaled in Russian roulette.
     pub roulette_scale: f32,
+    /// How the ray would change with the pixel, where textures have levels of detail.
+    pub differentials: Option<&'a RayDifferentials>,
 }
 
 /// A point on a ray.
@@ -154,7 +157,8 @@ impl Point<'_> {
         let [u0, u1] = self.random.draw::<2>(self.index, Dimension::Scatter);
         let wo = -ray.direction;
         let wi = vertex.phase.sample(wo, [u0, u1]);
-        path.weight.light = path.weight.light / vertex.phase.evaluate(wo, wi);
+        let pdf = vertex.phase.evaluate(wo, wi);
+        path.weight.light = path.weight.light / pdf;
         path.links = Some(vertex.links);
         let start = Walk {
             ray: Ray { origin: vertex.p, direction: wi, t_max: f32::INFINITY, ..**ray },
@@ -163,6 +167,12 @@ impl Point<'_> {
             sampled_from: Some(vertex.p),
             roulette_scale,
             index: self.index + 1,
+            differentials: self.start.differentials.map(|differentials| {
+                let mut differentials = *differentials;
+                differentials.pass(vertex.p.distance(ray.origin));
+                differentials.scatter(wi, pdf);
+                differentials
+            }),
         };
         let mut layers = Layers { first: Some(FirstVertex::Medium), ..Layers::default() };
         walk::<true>(self.world, self.settings, start, self.random, scratch, &mut layers);

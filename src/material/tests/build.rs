@@ -8,6 +8,8 @@ use super::*;
 use crate::geometry::shape::{Shape, ShapeId, ShapeKind, TriangleMesh};
 use crate::geometry::trace::{Opacity, PrimitivePoint};
 use crate::geometry::{Geometry, SurfacePoint};
+use crate::material::footprint::Footprint;
+use crate::material::mip_map::memory::TextureSettings;
 use crate::material::{MaterialId, Materials};
 use crate::math::transform::Animated;
 use crate::scene::{
@@ -87,12 +89,12 @@ pub(super) fn point(uv: Vec2) -> SurfacePoint {
 }
 
 fn albedo(materials: &Materials, id: u32, u: f32) -> Rgb {
-    materials.bsdf(MaterialId(id), &point(Vec2::splat(0.5)), Vec3::Z, u, 0).albedo(Vec3::Z)
+    materials.bsdf(MaterialId(id), &point(Vec2::splat(0.5)), &Footprint::NONE, u, 0).albedo(Vec3::Z)
 }
 
 pub(super) fn build(scene: &SceneDescription) -> (Materials, Warnings) {
     let mut warnings = Warnings::default();
-    let materials = Materials::build(scene, false, &mut warnings).unwrap();
+    let materials = Materials::build(scene, TextureSettings::default(), false, &mut warnings).unwrap();
     (materials, warnings)
 }
 
@@ -118,7 +120,7 @@ fn every_kind_and_its_defaults() {
     assert_eq!(albedo(&materials, 0, 0.0), Rgb::splat(0.5));
     let copper = albedo(&materials, 1, 0.0);
     assert!(copper[0] > 0.9 && copper[2] < 0.6, "{copper:?}");
-    let bsdf = |id| materials.bsdf(MaterialId(id), &point(Vec2::ZERO), Vec3::Z, 0.0, 0);
+    let bsdf = |id| materials.bsdf(MaterialId(id), &point(Vec2::ZERO), &Footprint::NONE, 0.0, 0);
     assert!(bsdf(1).is_specular() && !bsdf(1).is_transmissive());
     assert!(bsdf(2).is_specular() && bsdf(2).is_transmissive());
     assert!(!bsdf(3).is_specular());
@@ -160,7 +162,8 @@ fn stated(kind: &str, list: Vec<(&str, ParamValue)>) -> (Rgb, Warnings) {
 
 fn fails(kind: &str, list: Vec<(&str, ParamValue)>) -> String {
     let scene = scene(vec![material("m", kind, list)], vec![], PathBuf::new());
-    let error = Materials::build(&scene, false, &mut Warnings::default()).expect_err("this is wrong");
+    let error = Materials::build(&scene, TextureSettings::default(), false, &mut Warnings::default())
+        .expect_err("this is wrong");
     error.to_string()
 }
 
@@ -236,7 +239,15 @@ fn conductors_by_reflectance_and_unused_parameters() {
     let (materials, warnings) = build(&scene(list[..1].to_vec(), vec![], PathBuf::new()));
     assert!((albedo(&materials, 0, 0.0)[0] - 0.9).abs() < 1e-4);
     assert!(warnings.list().len() == 1 && warnings.list()[0].message.contains("nonsense"));
-    assert!(Materials::build(&scene(list, vec![], PathBuf::new()), false, &mut Warnings::default()).is_err());
+    assert!(
+        Materials::build(
+            &scene(list, vec![], PathBuf::new()),
+            TextureSettings::default(),
+            false,
+            &mut Warnings::default()
+        )
+        .is_err()
+    );
 }
 
 #[test]
@@ -261,7 +272,15 @@ fn mixes_choose_by_u_and_nest() {
 #[test]
 fn mixes_that_contain_themselves_are_refused() {
     let mix = |name: &str, of| material(name, "mix", vec![("materials", names(of))]);
-    let fails = |list| Materials::build(&scene(list, vec![], PathBuf::new()), false, &mut Warnings::default()).is_err();
+    let fails = |list| {
+        Materials::build(
+            &scene(list, vec![], PathBuf::new()),
+            TextureSettings::default(),
+            false,
+            &mut Warnings::default(),
+        )
+        .is_err()
+    };
     let d = || material("d", "diffuse", vec![]);
     assert!(fails(vec![d(), mix("x", ["x", "d"])]));
     assert!(fails(vec![d(), mix("x", ["d", "y"]), mix("y", ["d", "x"])]));
@@ -295,7 +314,8 @@ fn textures_are_shared_scaled_and_loaded_once() {
     let (materials, warnings) = build(&scene(list, textures, folder.path().into()));
     assert!(warnings.list().len() == 1 && warnings.list()[0].message.contains("marble"), "{warnings:?}");
     assert_eq!((materials.textures_in_use(), materials.images_in_use()), (3, 1));
-    let at = |id, u| materials.bsdf(MaterialId(id), &point(Vec2::new(u, 0.5)), Vec3::Z, 0.0, 0).albedo(Vec3::Z)[0];
+    let at =
+        |id, u| materials.bsdf(MaterialId(id), &point(Vec2::new(u, 0.5)), &Footprint::NONE, 0.0, 0).albedo(Vec3::Z)[0];
     assert_eq!((at(0, 0.25), at(0, 0.75), at(4, 0.75)), (0.0, 1.0, 1.0));
     assert_eq!((at(1, 0.25), at(1, 0.75)), (1.0, 0.0));
     assert_eq!((at(2, 0.25), at(2, 0.75)), (0.0, 0.5));
@@ -313,7 +333,7 @@ fn missing_files_are_magenta_or_an_error() {
     let (materials, warnings) = build(&scene);
     assert_eq!(albedo(&materials, 0, 0.0), Rgb::new(1.0, 0.0, 1.0));
     assert!(warnings.list()[0].message.contains("none.png"));
-    assert!(Materials::build(&scene, true, &mut Warnings::default()).is_err());
+    assert!(Materials::build(&scene, TextureSettings::default(), true, &mut Warnings::default()).is_err());
 }
 
 #[test]
@@ -327,7 +347,10 @@ fn textures_that_contain_themselves_or_do_not_exist_are_refused() {
     for name in ["a", "nowhere", "f"] {
         let list = vec![material("m", "diffuse", vec![("reflectance", named(name))])];
         let scene = scene(list, textures.clone(), PathBuf::new());
-        assert!(Materials::build(&scene, false, &mut Warnings::default()).is_err(), "{name}");
+        assert!(
+            Materials::build(&scene, TextureSettings::default(), false, &mut Warnings::default()).is_err(),
+            "{name}"
+        );
     }
 }
 

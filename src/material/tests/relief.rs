@@ -9,6 +9,8 @@ use super::*;
 use crate::geometry::curve::{CurveKind, Curves};
 use crate::geometry::shape::{Shape, ShapeId, ShapeKind};
 use crate::geometry::{Geometry, Partials, Ray, RayHit};
+use crate::material::footprint::Footprint;
+use crate::material::mip_map::memory::TextureSettings;
 use crate::material::{MaterialId, Materials};
 use crate::scene::{MaterialEntity, ParamValue, Warnings};
 
@@ -21,7 +23,7 @@ const FLAT: Partials = Partials { dpdu: Vec3::X, dpdv: Vec3::Y };
 
 fn embossed(materials: &Materials, id: u32, wo: Vec3, u: f32) -> Vec3 {
     let mut at = point(Vec2::splat(0.3));
-    materials.emboss(MaterialId(id), &mut at, wo, u, || FLAT);
+    materials.emboss(MaterialId(id), &mut at, wo, u, &Footprint::NONE, || FLAT);
     at.ns
 }
 
@@ -56,7 +58,7 @@ fn normal_maps_are_linear_and_in_tangent_space() {
     // The tangent is where x goes; a surface that faces the other way has its y turned round, as in pbrt-v4.
     let mut turned = point(Vec2::ZERO);
     (turned.dpdu, turned.ng, turned.ns) = (Vec3::Y, -Vec3::Z, -Vec3::Z);
-    materials.emboss(MaterialId(0), &mut turned, -Vec3::Z, 0.0, || FLAT);
+    materials.emboss(MaterialId(0), &mut turned, -Vec3::Z, 0.0, &Footprint::NONE, || FLAT);
     let expected = (Vec3::Y * local.x + (-Vec3::Z).cross(Vec3::Y) * local.y - Vec3::Z * local.z).normalize();
     assert!((turned.ns - expected).length() < 1e-6, "{}", turned.ns);
 }
@@ -68,8 +70,9 @@ fn maps_that_cannot_be_used_are_named() {
     let with = |file: &str| scene(vec![diffuse("m", vec![("normalmap", string(file))])], vec![], folder.path().into());
     let (materials, warnings) = build(&with("none.png"));
     assert!(!materials.has_relief() && warnings.list()[0].message.contains("stays as it is"), "{warnings:?}");
-    assert!(Materials::build(&with("none.png"), true, &mut Warnings::default()).is_err());
-    let error = Materials::build(&with("grey.png"), false, &mut Warnings::default()).expect_err("it is grey");
+    assert!(Materials::build(&with("none.png"), TextureSettings::default(), true, &mut Warnings::default()).is_err());
+    let error = Materials::build(&with("grey.png"), TextureSettings::default(), false, &mut Warnings::default())
+        .expect_err("it is grey");
     assert!(error.to_string().contains("grey"), "{error}");
     // What is not shaded by itself has no relief.
     let list = vec![
@@ -140,7 +143,7 @@ fn the_offset_on_curves_is_that_of_a_cylinder() {
             let ray = Ray { origin: wo, direction: -wo, t_max: f32::INFINITY, time: 0.0, opacity_seed: 0 };
             let at = geometry.surface_point(&ray, &hit);
             assert!((at.uv - Vec2::new(0.35, across)).length() < 1e-6, "{}", at.uv);
-            let bsdf = materials.bsdf(MaterialId(0), &at, wo, 0.0, 0);
+            let bsdf = materials.bsdf(MaterialId(0), &at, &Footprint::NONE, 0.0, 0);
             // The very first numbers are those of what the surface reflects.
             let sample = bsdf.sample(wo, [1e-3, 0.0, 0.5]).expect("a direction");
             let (near, ns) = (sample.wi, at.ns);

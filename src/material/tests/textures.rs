@@ -6,6 +6,8 @@ use glam::{DMat4, DVec3, Vec2, Vec3};
 
 use super::build::{build, floats, material, point, scene, string, texture};
 use crate::geometry::SurfacePoint;
+use crate::material::footprint::Footprint;
+use crate::material::mip_map::memory::TextureSettings;
 use crate::material::{MaterialId, Materials};
 use crate::math::Rgb;
 use crate::math::transform::Animated;
@@ -41,7 +43,7 @@ impl Shown {
     }
 
     fn at(&self, point: &SurfacePoint) -> Rgb {
-        self.0.bsdf(MaterialId(0), point, Vec3::Z, 0.0, 0).albedo(Vec3::Z)
+        self.0.bsdf(MaterialId(0), point, &Footprint::NONE, 0.0, 0).albedo(Vec3::Z)
     }
 
     fn uv(&self, u: f32, v: f32) -> f32 {
@@ -169,7 +171,12 @@ fn what_makes_no_sense_is_refused() {
         let entity = texture("t", is_spectrum, kind, params);
         let user = if is_spectrum { ("reflectance", named("t")) } else { ("roughness", named("t")) };
         let list = vec![material("m", if is_spectrum { "diffuse" } else { "dielectric" }, vec![user])];
-        let result = Materials::build(&scene(list, vec![entity], PathBuf::new()), false, &mut Warnings::default());
+        let result = Materials::build(
+            &scene(list, vec![entity], PathBuf::new()),
+            TextureSettings::default(),
+            false,
+            &mut Warnings::default(),
+        );
         let message = result.map(|_| ()).expect_err(expected).to_string();
         assert!(message.contains(expected), "{message}");
     }
@@ -180,6 +187,11 @@ fn what_makes_no_sense_is_refused() {
         textures.push(texture(&format!("t{level}"), true, "mix", vec![("tex1", below.clone()), ("tex2", below)]));
     }
     let list = vec![material("m", "diffuse", vec![("reflectance", named("t39"))])];
-    let result = Materials::build(&scene(list, textures, PathBuf::new()), false, &mut Warnings::default());
+    let result = Materials::build(
+        &scene(list, textures, PathBuf::new()),
+        TextureSettings::default(),
+        false,
+        &mut Warnings::default(),
+    );
     assert!(result.map(|_| ()).expect_err("too much").to_string().contains("look-ups"));
 }

@@ -9,6 +9,7 @@ use crate::cache_points::seed::{Candidate, MOST_IN_BOXES, MOST_PILOTS, along_bea
 use crate::cache_points::{CachePoints, CacheSettings, CacheStatistics};
 use crate::film::FilmSettings;
 use crate::geometry::camera::Camera;
+use crate::geometry::differentials::{RayDifferentials, SampleShare};
 use crate::geometry::{Geometry, ShapeId};
 use crate::integrator::in_scatter::alternatives::Mix;
 use crate::integrator::{PathSettings, Scratch, World, trace_path};
@@ -38,6 +39,8 @@ pub struct CacheBuilder<'a> {
     pub settings: CacheSettings,
     /// Whether points lie along camera rays and beams alone: where they are there for in-scatter sampling, and choose no lights.
     pub on_camera_rays: bool,
+    /// What part of a pixel a sample stands for, where textures have levels of detail.
+    pub texture_share: Option<SampleShare>,
 }
 
 impl CacheBuilder<'_> {
@@ -101,7 +104,12 @@ impl CacheBuilder<'_> {
         let [u_time] = random.draw::<1>(0, Dimension::Time);
         let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
         let position = corner + Vec2::splat(0.5) + self.film.filter.sample([jitter_x, jitter_y], || 0.5).offset;
-        let ray = self.camera.ray(position, [lens_u, lens_v], u_time);
+        let lens = [lens_u, lens_v];
+        let ray = self.camera.ray(position, lens, u_time);
+        let differentials = self
+            .texture_share
+            .map(|share| RayDifferentials::of_camera(self.camera, &ray, position, lens, u_time, share));
+        let ray = (ray, differentials);
         // The camera ray is known once the path has its first vertex.
         let most = if self.on_camera_rays { 1 } else { u32::MAX };
         let path = PathSettings { max_depth: self.path.max_depth.min(most), ..*self.path };

@@ -65,7 +65,7 @@ pub fn build_world(
     let space = RenderSpace { origin: scene.camera_position() };
 
     let start = Instant::now();
-    let mut materials = Materials::build(scene, settings.strict, warnings)?;
+    let mut materials = Materials::build(scene, settings.textures.clone(), settings.strict, warnings)?;
     let mut links = LinkRequests::default();
     let media = MediaBuilder::build(scene, &materials, &space, &mut links, settings.strict, warnings)?;
     timings.volumes_and_textures = start.elapsed().as_secs_f64();
@@ -75,6 +75,10 @@ pub fn build_world(
     builder.build()?;
     let (geometry, emitters, invisible) = (Arc::new(builder.out), builder.emitters, builder.invisible);
     timings.geometry_load = start.elapsed().as_secs_f64();
+
+    let start = Instant::now();
+    materials.settle_images(warnings)?;
+    timings.volumes_and_textures += start.elapsed().as_secs_f64();
 
     let start = Instant::now();
     let materials = Arc::new(materials);

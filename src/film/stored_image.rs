@@ -1,0 +1,249 @@
+//! Image files as they are stored: bytes stay bytes, until somebody wants light.
+//!
+//! Formats are told by content: PNG, JPEG, TGA and Radiance HDR through the crate `image`, OpenEXR through [`super::exr`],
+//! PFM by [`super::pfm`]. TGA has no signature, so what nothing else claims is tried as TGA if it is named so.
+
+use std::io::{BufRead, BufReader, Cursor, Read, Seek};
+use std::path::Path;
+
+use exr::meta::MetaData;
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use super::image::{Encoding, Image, ImageError, MAX_PIXELS};
+use crate::system::input::{open_regular, read_regular};
+use crate::system::memory::available;
+
+/// No decoder may allocate more than this many bytes: four 32-bit floats for each of [`MAX_PIXELS`].
+const MAX_BYTES: u64 = (MAX_PIXELS as u64) << 4;
+
+/// What tells OpenEXR files.
+const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// The values of an image as its file has them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// 255 stands for 1.
+    Bytes(Vec<u8>),
+    /// Of files of 16-bit integers (65535 stands for 1) and of floats.
+    Floats(Vec<f32>),
+}
+
+/// An image as its file has it, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredImage {
+    /// Width in pixels, at least 1.
+    pub width: usize,
+    /// Height in pixels, at least 1.
+    pub height: usize,
+    /// 1 (grey), 3 (RGB) or 4 (RGBA).
+    pub channels: usize,
+    /// `width × height × channels` values.
+    pub values: Values,
+    /// Whether the file holds floats.
+    pub is_float: bool,
+}
+
+impl StoredImage {
+    /// The encoding of this file's values, where `stated` may leave that to the file.
+    pub fn encoding(&self, stated: Encoding) -> Encoding {
+        match stated {
+            Encoding::Auto if self.is_float => Encoding::Linear,
+            Encoding::Auto => Encoding::Srgb,
+            encoding => encoding,
+        }
+    }
+
+    /// In linear floats. Alpha is never decoded.
+    pub fn decoded(self, stated: Encoding) -> Image {
+        let encoding = self.encoding(stated);
+        let Self { width, height, channels, values, .. } = self;
+        let mut pixels = match values {
+            Values::Bytes(bytes) => bytes.into_iter().map(from_byte).collect(),
+            Values::Floats(floats) => floats,
+        };
+        decode(&mut pixels, channels, encoding);
+        Image { width, height, channels, pixels }
+    }
+
+    /// Makes RGBA into RGB if it is opaque all over, as many exporters write (pbrt-v4 does so with its textures).
+    pub fn drop_opaque_alpha(&mut self) {
+        fn without<T: Copy>(values: &[T]) -> Vec<T> {
+            values.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect()
+        }
+        let is_opaque = self.channels == 4
+            && match &self.values {
+                Values::Bytes(bytes) => bytes.iter().skip(3).step_by(4).all(|&alpha| alpha == u8::MAX),
+                Values::Floats(floats) => floats.iter().skip(3).step_by(4).all(|&alpha| alpha == 1.0),
+            };
+        if is_opaque {
+            self.values = match &self.values {
+                Values::Bytes(bytes) => Values::Bytes(without(bytes)),
+                Values::Floats(floats) => Values::Floats(without(floats)),
+            };
+            self.channels = 3;
+        }
+    }
+}
+
+/// What a byte stands for.
+#[inline]
+pub fn from_byte(byte: u8) -> f32 {
+    f32::from(byte) / 255.0
+}
+
+/// Makes stored values linear; alpha, which is the fourth of four channels, stays.
+pub fn decode(values: &mut [f32], channels: usize, encoding: Encoding) {
+    if encoding == Encoding::Linear {
+        return;
+    }
+    for (i, value) in values.iter_mut().enumerate() {
+        if channels < 4 || i % 4 != 3 {
+            *value = encoding.to_linear(*value);
+        }
+    }
+}
+
+/// What the beginning of an image file says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageHeader {
+    /// In pixels.
+    pub width: usize,
+    /// In pixels.
+    pub height: usize,
+    /// Bytes that a pixel takes in memory, at most.
+    pub pixel_bytes: usize,
+    /// Whether it has no colours.
+    pub is_grey: bool,
+}
+
+/// Reads PNG, JPEG, TGA, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA. Of an OpenEXR file it takes `R G B (A)`,
+/// or `Y`, or the only channel there is.
+pub fn read_stored(path: &Path) -> Result<StoredImage, ImageError> {
+    let bytes = read_regular(path, MAX_BYTES).map_err(|e| ImageError::new(path, e))?;
+    read_stored_bytes(path, bytes)
+}
+
+/// [`read_stored`] of a file that is already in memory; `path` is for messages and for telling TGA.
+pub fn read_stored_bytes(path: &Path, bytes: Vec<u8>) -> Result<StoredImage, ImageError> {
+    if bytes.starts_with(&EXR) {
+        from_exr(path, &bytes)
+    } else if is_pfm(&bytes) {
+        let Image { width, height, channels, pixels } =
+            super::pfm::read_pfm(&bytes).map_err(|reason| ImageError::new(path, reason))?;
+        Ok(StoredImage { width, height, channels, values: Values::Floats(pixels), is_float: true })
+    } else {
+        from_others(path, bytes)
+    }
+}
+
+/// Reads only as much of a file as tells its size, and refuses what [`read_stored`] surely refuses.
+pub fn read_header(path: &Path) -> Result<ImageHeader, ImageError> {
+    let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
+    let (file, length) = open_regular(path).map_err(|e| fail(&e))?;
+    if length > MAX_BYTES {
+        return Err(fail(&format!("it holds more than {MAX_BYTES} bytes")));
+    }
+    let mut source = BufReader::new(file);
+    let start = source.fill_buf().map_err(|e| fail(&e))?;
+    let (width, height, pixel_bytes, is_grey) = if start.starts_with(&EXR) {
+        let meta = MetaData::read_from_buffered(&mut source, false).map_err(|e| fail(&e))?;
+        let Some(first) = meta.headers.first() else { return Err(fail(&"the file holds no image")) };
+        // Four channels at most are used, of floats at most.
+        let channels = &first.channels.list;
+        let is_grey = !channels.iter().any(|channel| channel.name.eq("R"));
+        (first.layer_size.width(), first.layer_size.height(), 4 * channels.len().min(4), is_grey)
+    } else if is_pfm(start) {
+        let mut head = vec![];
+        source.take(128).read_to_end(&mut head).map_err(|e| fail(&e))?;
+        let ([width, height], channels) = super::pfm::read_size(&head).map_err(|reason| fail(&reason))?;
+        (width, height, 4 * channels, channels < 3)
+    } else {
+        let decoder = decoder(path, source)?;
+        let (width, height) = decoder.dimensions();
+        let colour = decoder.color_type();
+        let value_bytes = if colour.bytes_per_pixel() == colour.channel_count() { 1 } else { 4 };
+        let channels = if colour.has_alpha() { 4 } else { usize::from(colour.channel_count()) };
+        (width as usize, height as usize, value_bytes * channels, !colour.has_color())
+    };
+    check_size(path, width, height)?;
+    Ok(ImageHeader { width, height, pixel_bytes, is_grey })
+}
+
+fn is_pfm(start: &[u8]) -> bool {
+    start.starts_with(b"PF") || start.starts_with(b"Pf")
+}
+
+fn check_size(path: &Path, width: usize, height: usize) -> Result<(), ImageError> {
+    match width.saturating_mul(height) {
+        1..=MAX_PIXELS => Ok(()),
+        _ => Err(ImageError::new(path, format!("{width} × {height} pixels; from 1 to {MAX_PIXELS} are read"))),
+    }
+}
+
+fn from_exr(path: &Path, bytes: &[u8]) -> Result<StoredImage, ImageError> {
+    let file = super::exr::read_exr_bytes(path, bytes)?;
+    let names: &[&str] = if file.rgb("").is_some() {
+        if file.channel("A").is_some() { &["R", "G", "B", "A"] } else { &["R", "G", "B"] }
+    } else if file.channel("Y").is_some() {
+        &["Y"]
+    } else if let [(only, _)] = file.channels.as_slice() {
+        &[only.as_str()]
+    } else {
+        let found: Vec<&str> = file.channels.iter().map(|(name, _)| name.as_str()).collect();
+        return Err(ImageError::new(path, format!("no channels R, G, B or Y among {}", found.join(", "))));
+    };
+    let planes: Vec<&[f32]> = names.iter().filter_map(|name| file.channel(name)).collect();
+    let pixels = (0..file.bounds.area()).flat_map(|i| planes.iter().map(move |plane| plane[i])).collect();
+    let (width, height) = (file.bounds.width() as usize, file.bounds.height() as usize);
+    check_size(path, width, height)?;
+    Ok(StoredImage { width, height, channels: planes.len(), values: Values::Floats(pixels), is_float: true })
+}
+
+/// Everything that the crate `image` reads.
+fn from_others(path: &Path, bytes: Vec<u8>) -> Result<StoredImage, ImageError> {
+    let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
+    if bytes.starts_with(&[0xff, 0xd8]) && is_cut_short(&bytes) {
+        return Err(fail(&"the JPEG file is cut short"));
+    }
+    let decoder = decoder(path, Cursor::new(bytes))?;
+    let (width, height) = decoder.dimensions();
+    check_size(path, width as usize, height as usize)?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| fail(&e))?;
+    let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+    let colour = decoded.color();
+    let (channels, values) = match decoded {
+        DynamicImage::ImageLuma8(image) => (1, Values::Bytes(image.into_raw())),
+        DynamicImage::ImageRgb8(image) => (3, Values::Bytes(image.into_raw())),
+        DynamicImage::ImageRgba8(image) => (4, Values::Bytes(image.into_raw())),
+        image @ DynamicImage::ImageLumaA8(_) => (4, Values::Bytes(image.into_rgba8().into_raw())),
+        image if colour.has_alpha() => (4, Values::Floats(image.into_rgba32f().into_raw())),
+        image if colour.has_color() => (3, Values::Floats(image.into_rgb32f().into_raw())),
+        // Through RGB, because the crate turns colours into luminance but greys into exact greys.
+        image => (1, Values::Floats(image.into_rgb32f().into_raw().chunks_exact(3).map(|p| p[0]).collect())),
+    };
+    Ok(StoredImage { width: width as usize, height: height as usize, channels, values, is_float })
+}
+
+fn decoder<'a>(path: &Path, source: impl BufRead + Seek + 'a) -> Result<Box<dyn ImageDecoder + 'a>, ImageError> {
+    let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
+    let mut reader = ImageReader::new(source).with_guessed_format().map_err(|e| fail(&e))?;
+    if reader.format().is_none() {
+        let is_tga = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
+        if !is_tga {
+            return Err(fail(&"not a PNG, JPEG, TGA, Radiance HDR, PFM or OpenEXR file"));
+        }
+        reader.set_format(ImageFormat::Tga);
+    }
+    let mut limits = Limits::default();
+    // Decoded once and turned into floats once.
+    limits.max_alloc = Some(available().map_or(MAX_BYTES, |left| MAX_BYTES.min(left / 2)));
+    reader.limits(limits);
+    Ok(Box::new(reader.into_decoder().map_err(|e| fail(&e))?))
+}
+
+/// Whether a JPEG lacks its end-of-image marker after its last start-of-scan marker: the decoder would fill up with grey.
+/// Compressed data cannot contain either marker by chance (ITU-T T.81, B.1.1.5).
+fn is_cut_short(jpeg: &[u8]) -> bool {
+    let last = |marker: u8| jpeg.windows(2).rposition(|pair| pair == [0xff, marker]);
+    last(0xd9) < last(0xda).or(Some(0))
+}
