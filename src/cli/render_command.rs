@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use bytesize::ByteSize;
+
 use super::arguments::RenderArguments;
 use super::diagnostics::{print_error, print_message, print_warnings, say, warning_lines};
 use super::interrupt::Interrupts;
@@ -14,6 +16,7 @@ use crate::film::{Film, RejectedSample};
 use crate::geometry::trace::TraceError;
 use crate::integrator::Counters;
 use crate::integrator::path::MOST_BOUNCES;
+use crate::material::mip_map::cache::TileCacheStatistics;
 use crate::medium::regions::MAX_OVERLAP;
 use crate::render::stats::Statistics;
 use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, load};
@@ -310,6 +313,13 @@ fn summarise(output: &Path, statistics: &Statistics, outcome: &Outcome) {
         line += &format!(", error {:.2} %", error * 100.0);
     }
     say(line);
+    if let Some(TileCacheStatistics { limit, held, hit_rate, .. }) = statistics.texture_cache {
+        let (limit, held) = (ByteSize(limit), ByteSize(held));
+        say(format!(
+            "textures: at most {held} of tiles in memory, of {limit}; {:.2} % of look-ups found theirs",
+            100.0 * hit_rate
+        ));
+    }
     if outcome.interrupted {
         say("interrupted: the image holds what was done by then");
     }

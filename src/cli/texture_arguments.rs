@@ -15,7 +15,7 @@ pub struct TextureArguments {
     /// memory; the image stays the same.
     #[arg(long, value_name = "SIZE", default_value = "2GiB", help_heading = "Textures")]
     pub texture_memory: ByteSize,
-    /// Keep the tiles in this folder for other renders [default: temporary files that go with the process].
+    /// Keep the tiles in this folder, which is made if it is not there, for other renders [default: temporary files that go with the process].
     #[arg(long, value_name = "FOLDER", help_heading = "Textures")]
     pub texture_cache: Option<PathBuf>,
     /// At which level of detail images on surfaces are looked up.

@@ -1,6 +1,7 @@
 //! What a scene needs: which systems its render has, which are left out, and why. Building the world decided it, from the scene alone
 //! and once; here it is said.
 
+use bytesize::ByteSize;
 use serde::Serialize;
 
 use super::memory;
@@ -11,6 +12,7 @@ use crate::geometry::{MotionTransform, Shape};
 use crate::integrator::{LightChoice, World};
 use crate::light::Linking;
 use crate::light::selector::LightSelector;
+use crate::material::Materials;
 use crate::medium::Medium;
 
 /// One system of the renderer and whether this scene gets it.
@@ -53,7 +55,7 @@ impl Plan {
         plan.decide_one("moving camera", camera.is_moving(), ["the camera moves", "the camera stands still"]);
         plan.decide_one("depth of field", camera.has_lens(), ["the camera has a lens", "the camera is a pinhole"]);
         plan.decide("opacity", count(Shape::has_opacity), ["shape with alpha", "shapes with alpha"], 0);
-        plan.decide("textures", world.materials.textures_in_use(), ["texture", "textures"], world.materials.memory());
+        plan.systems.push(textures(&world.materials));
         let reliefs = ["material with a normal map or displacement", "materials with normal maps or displacement"];
         plan.decide("relief", world.materials.reliefs_in_use(), reliefs, 0);
         let media_bytes = world.media.iter().map(|m| m.memory()).sum();
@@ -126,6 +128,23 @@ impl Plan {
         let reason = if built { yes } else { no }.to_owned();
         self.systems.push(System { name, built, reason, bytes: 0 });
     }
+}
+
+/// Textures, and where their images are.
+fn textures(materials: &Materials) -> System {
+    let count = materials.textures_in_use();
+    let mut reason =
+        if count == 0 { "the scene has no textures".to_owned() } else { counted(count, ["texture", "textures"]) };
+    let images = materials.images_in_use();
+    if images > 0 {
+        let size = ByteSize(materials.image_bytes());
+        reason += &format!(" of {} with {size} at all levels, ", counted(images, ["image", "images"]));
+        match materials.texture_cache() {
+            None => reason += "in memory",
+            Some(cache) => reason += &format!("tile by tile within {}", ByteSize(cache.limit)),
+        }
+    }
+    System { name: "textures", built: count > 0, reason, bytes: materials.memory() }
 }
 
 /// Whether media that emit are lights. Their grids of energy are counted with the media, whose bounds follow them.

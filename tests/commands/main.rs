@@ -17,3 +17,4 @@ mod damaged_files;
 mod replay;
 mod scenes;
 mod stability;
+mod textures;

@@ -141,7 +141,7 @@ fn what_cannot_be_read_or_kept_is_told() {
         assert!(matches!(error.kind, SceneErrorKind::File { .. }), "{error}");
     }
     std::fs::write(&path, &whole).expect("written");
-    let nowhere = memory(9000, Some(folder.path().join("no/such/folder")), false);
+    let nowhere = memory(9000, Some(path.join("tiles")), false);
     let map = open(&path, Encoding::Auto, &nowhere);
     nowhere.settle([&map].into_iter());
     assert!(map.view().is_none() && nowhere.has_failed());

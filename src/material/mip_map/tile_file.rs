@@ -135,6 +135,7 @@ impl Place<'_> {
                 file
             }
             Some(folder) => {
+                std::fs::create_dir_all(folder)?;
                 let path = self.name(folder, &source);
                 let write = |file: &mut tempfile::NamedTempFile| {
                     self.write(file.as_file_mut(), &header, rows, &format).map_err(|error| error.to_string())
