@@ -4,6 +4,7 @@
 pub mod description;
 pub mod error;
 pub mod lint;
+mod locate;
 pub mod params;
 pub mod pbrt;
 pub mod ply;
@@ -12,6 +13,8 @@ pub mod source;
 pub use description::*;
 pub use error::{SceneError, SceneErrorKind, Warning, Warnings};
 pub use params::{Param, ParamSet, ParamValue, TextureOr};
+pub(crate) use locate::locate;
 pub(crate) use pbrt::finish::undefined;
 pub use pbrt::load;
+pub(crate) use pbrt::older;
 pub use source::{FileId, Sources, Span};
