@@ -101,8 +101,11 @@ impl FilmSettings {
             }
             other => {
                 let message = format!("film type \"{other}\" is not known");
-                return Err(SceneError::at(film.span(), SceneErrorKind::Unsupported(message))
-                    .help(with_upgrade("Film", other, "use a film of type \"rgb\"")));
+                return Err(SceneError::at(film.span(), SceneErrorKind::Unsupported(message)).help(with_upgrade(
+                    "Film",
+                    other,
+                    "use a film of type \"rgb\"",
+                )));
             }
         }
         let stated = [extent(film, "xresolution", 1280)?, extent(film, "yresolution", 720)?];

@@ -13,7 +13,9 @@ use super::procedural::{Marble, NoiseTexture, Weight};
 use super::texture::{FloatInput, FloatTexture, RgbInput, RgbTexture, Textures};
 use crate::film::image::{Encoding, Image, read_image};
 use crate::math::Rgb;
-use crate::scene::{Param, ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, TextureEntity, TextureOr, Warnings};
+use crate::scene::{
+    Param, ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, TextureEntity, TextureOr, Warnings,
+};
 
 pub(super) type Result<T> = std::result::Result<T, Box<SceneError>>;
 
@@ -235,7 +237,8 @@ impl<'a> TextureBuilder<'a> {
     fn end(&mut self, texture: &TextureEntity) {
         self.open.pop();
         if texture.transform.is_animated() && lies_in_space(texture) {
-            let message = format!("texture \"{}\" moves; it is looked up where it starts (as in pbrt-v4)", texture.name);
+            let message =
+                format!("texture \"{}\" moves; it is looked up where it starts (as in pbrt-v4)", texture.name);
             self.warnings.add(Some(texture.entity.span()), message);
         }
         texture.entity.params.warn_unused(self.warnings);

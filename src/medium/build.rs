@@ -46,8 +46,11 @@ pub fn build_medium(
             let message = format!("\"{other}\" is not a type of medium");
             let known =
                 "media are \"homogeneous\", \"uniformgrid\", \"rgbgrid\", \"cloud\", \"nanovdb\" and \"openvdb\"";
-            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message))
-                .help(with_upgrade("MakeNamedMedium", other, known)));
+            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)).help(with_upgrade(
+                "MakeNamedMedium",
+                other,
+                known,
+            )));
         }
     };
     params.warn_unused(warnings);

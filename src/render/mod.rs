@@ -345,7 +345,14 @@ const SAMPLERS: [&str; 8] = ["", "halton", "independent", "paddedsobol", "pmj02b
 
 /// Says of pbrt-v4's options what is not done; of those that change no image, nothing.
 fn options(options: &ParamSet, warnings: &mut Warnings) -> Result<(), Box<SceneError>> {
-    for name in ["displacementedgescale", "disabletexturefiltering", "disablewavelengthjitter", "pixelstats", "rendercoordsys", "wavefront"] {
+    for name in [
+        "displacementedgescale",
+        "disabletexturefiltering",
+        "disablewavelengthjitter",
+        "pixelstats",
+        "rendercoordsys",
+        "wavefront",
+    ] {
         options.get(name);
     }
     for (name, why) in [
@@ -372,13 +379,13 @@ fn warn_about_engine(scene: &SceneDescription, warnings: &mut Warnings) -> Resul
         // Said in one line.
         params.iter().for_each(Param::mark_used);
     }
-    let kind = scene.sampler.kind.as_str();
-    if !SAMPLERS.contains(&kind) {
-        let message = format!("sampler \"{kind}\" is not known; points are Owen-scrambled Sobol' points");
+    let sampler = scene.sampler.kind.as_str();
+    if !SAMPLERS.contains(&sampler) {
+        let message = format!("sampler \"{sampler}\" is not known; points are Owen-scrambled Sobol' points");
         warnings.add(Some(scene.sampler.span()), message);
     }
     params.warn_ignored("lightsampler", "--lights chooses how lights are selected", warnings);
-    if params.bool("regularize", false)? {
+    if matches!(kind, "" | "volpath" | "path") && params.bool("regularize", false)? {
         params.warn_ignored("regularize", "paths are never regularised: that would bias the image", warnings);
     }
     scene.sampler.params.warn_ignored("randomization", "points are Owen-scrambled Sobol' points", warnings);

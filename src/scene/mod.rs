@@ -12,8 +12,8 @@ pub mod source;
 
 pub use description::*;
 pub use error::{SceneError, SceneErrorKind, Warning, Warnings};
-pub use params::{Param, ParamSet, ParamValue, TextureOr};
 pub(crate) use locate::locate;
+pub use params::{Param, ParamSet, ParamValue, TextureOr};
 pub(crate) use pbrt::finish::undefined;
 pub use pbrt::load;
 pub(crate) use pbrt::older;

@@ -39,7 +39,9 @@ WorldEnd
     folder.write("v3.pbrt", scene.replace("WorldEnd\n", "").replace("Film \"image\"", "Film \"rgb\""));
     let run = folder.run(&["render", "v3.pbrt", "-o", "o.exr"]).code(0);
     let said: Vec<&str> = run.err.lines().filter(|line| line.starts_with("warning")).collect();
-    for what in ["is of pbrt-v3", "sampler \"02sequence\"", "\"xwidth\"", "\"ywidth\"", "type \"matte\" is not supported"] {
+    for what in
+        ["is of pbrt-v3", "sampler \"02sequence\"", "\"xwidth\"", "\"ywidth\"", "type \"matte\" is not supported"]
+    {
         assert_eq!(said.iter().filter(|line| line.contains(what)).count(), 1, "{what}: {said:#?}");
     }
     assert_eq!(said.len(), 5, "{said:#?}");
@@ -54,21 +56,39 @@ fn every_old_spelling_has_its_line() {
         ("WorldEnd", Refused(UPGRADE)),
         ("Texture2 \"x\"", Refused(UPGRADE)),
         ("Material \"uber\" \"rgb Kd\" [1 1 1] \"rgb Ks\" [0 0 0]\nShape \"sphere\"", Warned(UPGRADE)),
-        ("MakeNamedMaterial \"m\" \"string type\" \"glass\" \"rgb Kr\" [1 1 1]\nNamedMaterial \"m\"\nShape \"sphere\"", Warned(UPGRADE)),
-        ("MakeNamedMedium \"m\" \"string type\" \"heterogeneous\"\nMediumInterface \"m\" \"\"\nMaterial \"interface\"\nShape \"sphere\"", Refused(UPGRADE)),
+        (
+            "MakeNamedMaterial \"m\" \"string type\" \"glass\" \"rgb Kr\" [1 1 1]\nNamedMaterial \"m\"\nShape \"sphere\"",
+            Warned(UPGRADE),
+        ),
+        (
+            "MakeNamedMedium \"m\" \"string type\" \"heterogeneous\"\nMediumInterface \"m\" \"\"\nMaterial \"interface\"\nShape \"sphere\"",
+            Refused(UPGRADE),
+        ),
         ("Shape \"nurbs\" \"integer nu\" 4", Warned(UPGRADE)),
-        ("Shape \"heightfield\" \"integer nu\" 2 \"integer nv\" 2 \"float Pz\" [0 0 0 0]", Warned("\"heightfield\" are not supported")),
+        (
+            "Shape \"heightfield\" \"integer nu\" 2 \"integer nv\" 2 \"float Pz\" [0 0 0 0]",
+            Warned("\"heightfield\" are not supported"),
+        ),
         ("AreaLightSource \"area\" \"rgb L\" [1 1 1]\nShape \"sphere\"", Warned(UPGRADE)),
         ("LightSource \"infinite\" \"string mapname\" \"sky.exr\"", Warned("mapname")),
-        ("Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"float uv\" [0 0 1 0 0 1]", Refused("expected point2")),
+        (
+            "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"float uv\" [0 0 1 0 0 1]",
+            Refused("expected point2"),
+        ),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"point2 st\" [0 0 1 0 0 1]", Warned("\"st\"")),
         ("Material \"diffuse\" \"rgb Kd\" [1 0 0]\nShape \"sphere\"", Warned("\"Kd\"")),
-        ("LightSource \"distant\" \"rgb L\" [1 1 1] \"point from\" [0 1 0] \"point to\" [0 0 0]\nShape \"sphere\"", Renders),
+        (
+            "LightSource \"distant\" \"rgb L\" [1 1 1] \"point from\" [0 1 0] \"point to\" [0 0 0]\nShape \"sphere\"",
+            Renders,
+        ),
         ("Material \"none\"\nShape \"sphere\"", Orderly),
         ("TransformBegin\nShape \"sphere\"\nTransformEnd", Warned("deprecated")),
         ("CoordSysTransform \"camera\"\nShape \"sphere\"", Renders),
         ("CoordinateSystem \"here\"\nTranslate 1 0 0\nCoordSysTransform \"here\"\nShape \"sphere\"", Renders),
-        ("MakeNamedMaterial \"m\" \"string type\" [ \"diffuse\" ] \"rgb reflectance\" [ 1 0 0 ]\nNamedMaterial \"m\"\nShape \"sphere\"", Renders),
+        (
+            "MakeNamedMaterial \"m\" \"string type\" [ \"diffuse\" ] \"rgb reflectance\" [ 1 0 0 ]\nNamedMaterial \"m\"\nShape \"sphere\"",
+            Renders,
+        ),
         ("Shape \"plymesh\" \"string filename\" \"geometry\\mesh.ply\"", Refused("unknown escape \\m")),
         ("Include \"geometry\\mesh.pbrt\"", Refused("file names take / on every system")),
     ]);
@@ -92,8 +112,12 @@ fn other_systems_write_the_same_scenes() {
     std::fs::create_dir_all(folder.path("geometry")).expect("a folder");
     let mesh = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
          property list uchar int vertex_indices\nend_header\n-1 -1 0\n1 -1 0\n0 1 0\n3 0 1 2\n";
-    folder.write("geometry/tri.PLY", mesh).write("geometry/more.pbrt", "Translate 0.5 0 0\nShape \"sphere\" \"float radius\" 0.5");
-    let plain = format!("{HEAD}Shape \"plymesh\" \"string filename\" \"geometry/tri.PLY\"\nTranslate 1 0.5 -0.001\nShape \"disk\" \"float radius\" 0.75\nInclude \"geometry/more.pbrt\"\n");
+    folder
+        .write("geometry/tri.PLY", mesh)
+        .write("geometry/more.pbrt", "Translate 0.5 0 0\nShape \"sphere\" \"float radius\" 0.5");
+    let plain = format!(
+        "{HEAD}Shape \"plymesh\" \"string filename\" \"geometry/tri.PLY\"\nTranslate 1 0.5 -0.001\nShape \"disk\" \"float radius\" 0.75\nInclude \"geometry/more.pbrt\"\n"
+    );
     let image = |text: &[u8]| {
         folder.write("scene.pbrt", text);
         folder.run(&["render", "scene.pbrt", "-o", "o.exr", "--png", "o.png", "--threads", "1"]).code(0);
@@ -112,7 +136,9 @@ fn other_systems_write_the_same_scenes() {
     ] {
         assert!(image(text.as_bytes()) == expected, "{what}: another image");
     }
-    for (number, line) in [("-inf", "too large or not finite"), ("1,5", "1,5"), ("1e", "1e"), ("nan", "nan"), ("1.#INF", "1.#INF")] {
+    for (number, line) in
+        [("-inf", "too large or not finite"), ("1,5", "1,5"), ("1e", "1e"), ("nan", "nan"), ("1.#INF", "1.#INF")]
+    {
         folder.write("scene.pbrt", format!("{HEAD}Shape \"sphere\" \"float radius\" {number}\n"));
         folder.run(&["render", "scene.pbrt", "-o", "o.exr"]).code(3).says("scene.pbrt:").says(line);
     }

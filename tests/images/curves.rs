@@ -34,21 +34,32 @@ fn uncovered(curves: &str) -> String {
 #[test]
 fn straight_curves_cover_their_width() {
     let line = |count: i32, scale: f64| {
-        let points = (0..count).map(|i| format!("0.1 {} 0 ", (2.0 * f64::from(i) / f64::from(count - 1) - 1.0) * scale));
+        let points =
+            (0..count).map(|i| format!("0.1 {} 0 ", (2.0 * f64::from(i) / f64::from(count - 1) - 1.0) * scale));
         points.collect::<String>()
     };
-    for (basis, degree, count, scale) in
-        [("bezier", 3, 4, 1.5), ("bezier", 3, 7, 1.5), ("bezier", 2, 3, 1.5), ("bezier", 2, 5, 1.5), ("bspline", 3, 5, 4.0), ("bspline", 2, 4, 4.0)]
-    {
-        let written = format!("\"string basis\" \"{basis}\" \"integer degree\" {degree} \"point3 P\" [{}]", line(count, scale));
+    for (basis, degree, count, scale) in [
+        ("bezier", 3, 4, 1.5),
+        ("bezier", 3, 7, 1.5),
+        ("bezier", 2, 3, 1.5),
+        ("bezier", 2, 5, 1.5),
+        ("bspline", 3, 5, 4.0),
+        ("bspline", 2, 4, 4.0),
+    ] {
+        let written =
+            format!("\"string basis\" \"{basis}\" \"integer degree\" {degree} \"point3 P\" [{}]", line(count, scale));
         for kind in ["flat", "cylinder"] {
-            let curve = format!("Shape \"curve\" \"string type\" \"{kind}\" {written} \"float width\" 0.4 \"integer splitdepth\" 3");
+            let curve = format!(
+                "Shape \"curve\" \"string type\" \"{kind}\" {written} \"float width\" 0.4 \"integer splitdepth\" 3"
+            );
             assert_is(&format!("{kind} {basis} {degree}"), &uncovered(&curve), 0.8);
         }
         // A ribbon turned by 60° about its length is half as wide to the eye.
         let segments = if basis == "bezier" { (count - 1) / degree } else { count - degree };
         let normals = "0.8660254 0 -0.5 ".repeat(segments as usize + 1);
-        let curve = format!("Shape \"curve\" \"string type\" \"ribbon\" {written} \"normal N\" [{normals}] \"float width\" 0.4");
+        let curve = format!(
+            "Shape \"curve\" \"string type\" \"ribbon\" {written} \"normal N\" [{normals}] \"float width\" 0.4"
+        );
         assert_is(&format!("ribbon {basis} {degree}"), &uncovered(&curve), 0.9);
     }
     // From one width to another, over both segments; twice as wide where all is twice as large.
@@ -74,7 +85,8 @@ fn curves_are_shaded_as_what_they_are() {
     // A ribbon turned by 60°: half as wide, half as bright.
     assert_is("ribbon", &lit("ribbon", "\"normal N\" [0.8660254 0 -0.5 0.8660254 0 -0.5]"), 0.125);
     // Normals that turn between its ends: sin and cos of an angle from 0 to 60°, where the curve's own parameter is even in y.
-    let turning = lit("ribbon", "\"normal N\" [0 0 -1 0.8660254 0 -0.5]").replace("-2 0  0 -1 0  0 1 0  0 2 0", "-1 0  0 -0.3333333 0  0 0.3333333 0  0 1 0");
+    let turning = lit("ribbon", "\"normal N\" [0 0 -1 0.8660254 0 -0.5]")
+        .replace("-2 0  0 -1 0  0 1 0  0 2 0", "-1 0  0 -0.3333333 0  0 0.3333333 0  0 1 0");
     // The mean of cos² over that angle.
     let angle = pi / 3.0;
     assert_is("turning ribbon", &turning, 0.5 * (0.5 + (2.0 * angle).sin() / (4.0 * angle)));

@@ -4,10 +4,10 @@
 use std::fmt::Write;
 
 use crate::common::{CUBE, Options, SLACK, Shot, View, assert_mean, difference, image_mean, prepare_text, render_text};
-use lanternfish::geometry::Backend;
 
 /// A quadrilateral from −1 to 1 with texture coordinates from 0 to 1.
-const QUAD: &str = "Shape \"trianglemesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] \"integer indices\" [0 1 2 2 1 3]
+const QUAD: &str =
+    "Shape \"trianglemesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] \"integer indices\" [0 1 2 2 1 3]
                     \"point2 uv\" [0 0  1 0  0 1  1 1]";
 const LIGHT: &str = "LightSource \"point\" \"rgb I\" [6 5 4] \"point3 from\" [1 1.5 3]\n";
 
@@ -25,13 +25,20 @@ fn apart(shot: &Shot, [a, b]: [&str; 2], options: &Options) -> f64 {
 
 #[test]
 fn displaced_plates_and_slopes_are_the_plates_that_they_come_to() {
-    let slope = "Texture \"h\" \"float\" \"bilerp\" \"float v00\" 0 \"float v10\" 0.5 \"float v01\" 0.25 \"float v11\" 0.75\n";
+    let slope =
+        "Texture \"h\" \"float\" \"bilerp\" \"float v00\" 0 \"float v10\" 0.5 \"float v01\" 0.25 \"float v11\" 0.75\n";
     let at = "\"point3 P\" [-1 -1 0  1 -1 0.5  -1 1 0.25  1 1 0.75] \"point2 uv\" [0 0  1 0  0 1  1 1]";
     for (name, displaced, plain) in [
-        ("constant", format!("{QUAD} \"float displacement\" 0.5 \"float displacement.edgelength\" 0.3"), format!("Translate 0 0 0.5 {QUAD}")),
+        (
+            "constant",
+            format!("{QUAD} \"float displacement\" 0.5 \"float displacement.edgelength\" 0.3"),
+            format!("Translate 0 0 0.5 {QUAD}"),
+        ),
         (
             "larger",
-            format!("Scale 1 1 0.5 {QUAD} \"float displacement\" 1 \"float edgelength\" 0.3 \"normal N\" [0 0 2 0 0 2 0 0 2 0 0 2]"),
+            format!(
+                "Scale 1 1 0.5 {QUAD} \"float displacement\" 1 \"float edgelength\" 0.3 \"normal N\" [0 0 2 0 0 2 0 0 2 0 0 2]"
+            ),
             format!("Translate 0 0 0.5 {QUAD}"),
         ),
         (
@@ -41,18 +48,26 @@ fn displaced_plates_and_slopes_are_the_plates_that_they_come_to() {
         ),
         (
             "patch",
-            format!("{slope}Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] \"texture displacement\" \"h\""),
+            format!(
+                "{slope}Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0] \"texture displacement\" \"h\""
+            ),
             format!("Shape \"bilinearmesh\" {at}"),
         ),
         (
             "instance",
-            format!("ObjectBegin \"o\" {slope}{QUAD} \"texture displacement\" \"h\" ObjectEnd\nRotate 20 0 0 1 ObjectInstance \"o\""),
+            format!(
+                "ObjectBegin \"o\" {slope}{QUAD} \"texture displacement\" \"h\" ObjectEnd\nRotate 20 0 0 1 ObjectInstance \"o\""
+            ),
             format!("Rotate 20 0 0 1 Shape \"trianglemesh\" {at} \"integer indices\" [0 1 2 2 1 3]"),
         ),
         (
             "moving",
-            format!("ActiveTransform EndTime Translate 0.5 0 0.2 ActiveTransform All {slope}{QUAD} \"texture displacement\" \"h\""),
-            format!("ActiveTransform EndTime Translate 0.5 0 0.2 ActiveTransform All Shape \"trianglemesh\" {at} \"integer indices\" [0 1 2 2 1 3]"),
+            format!(
+                "ActiveTransform EndTime Translate 0.5 0 0.2 ActiveTransform All {slope}{QUAD} \"texture displacement\" \"h\""
+            ),
+            format!(
+                "ActiveTransform EndTime Translate 0.5 0 0.2 ActiveTransform All Shape \"trianglemesh\" {at} \"integer indices\" [0 1 2 2 1 3]"
+            ),
         ),
     ] {
         let options = Options { spp: 16, ..Options::default() };
@@ -119,10 +134,13 @@ fn displaced_emitters_are_emitters() {
     let shot = Shot { from: [0.0, 0.0, 30.0], to: [8.0, 0.0, -2.0], fov: 3.0, size: 4, depth: 1 };
     for light in ["\"rgb L\" [3 2 1]", "\"float power\" 40"] {
         let lamp = |before: &str, shape: &str| {
-            let world = format!("AttributeBegin AreaLightSource \"diffuse\" \"bool twosided\" true {light} {before} {shape} AttributeEnd\n{floor}");
+            let world = format!(
+                "AttributeBegin AreaLightSource \"diffuse\" \"bool twosided\" true {light} {before} {shape} AttributeEnd\n{floor}"
+            );
             shot.mean(&world, 256)
         };
-        let (displaced, e0) = lamp("", &format!("{QUAD} \"float displacement\" 1.5 \"float displacement.edgelength\" 0.4"));
+        let (displaced, e0) =
+            lamp("", &format!("{QUAD} \"float displacement\" 1.5 \"float displacement.edgelength\" 0.4"));
         let (moved, e1) = lamp("Translate 0 0 1.5", QUAD);
         for c in 0..3 {
             let error = e0[c].hypot(e1[c]);
@@ -132,7 +150,10 @@ fn displaced_emitters_are_emitters() {
     }
     // A lamp of many parts: they are as large together as what was displaced.
     let job = prepare_text(
-        &shot.text(&format!("AreaLightSource \"diffuse\" {} \"float displacement\" 0.2 \"float edgelength\" 0.5", CUBE.trim_end())),
+        &shot.text(&format!(
+            "AreaLightSource \"diffuse\" {} \"float displacement\" 0.2 \"float edgelength\" 0.5",
+            CUBE.trim_end()
+        )),
         &Options::default(),
     );
     assert_eq!(job.world.lights.len(), 1, "a mesh is one light");
@@ -141,6 +162,7 @@ fn displaced_emitters_are_emitters() {
 #[cfg(feature = "embree")]
 #[test]
 fn both_backends_see_the_same_mesh() {
+    use lanternfish::geometry::Backend;
     let world = format!(
         "{LIGHT}LightSource \"infinite\" \"rgb L\" [0.2 0.2 0.3]
          Texture \"f\" \"float\" \"fbm\" \"integer octaves\" 4 Texture \"h\" \"float\" \"scale\" \"texture tex\" \"f\" \"float scale\" 0.3
@@ -160,7 +182,8 @@ fn displaced_bodies_are_closed() {
          {} \"texture displacement\" \"h\" \"float displacement.edgelength\" 0.15",
         CUBE.trim_end()
     );
-    let world = format!("LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial \"diffuse\" \"rgb reflectance\" [0 0 0]\n{body}");
+    let world =
+        format!("LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial \"diffuse\" \"rgb reflectance\" [0 0 0]\n{body}");
     let inside = Shot { from: [0.0, 0.1, 0.2], to: [1.0, 0.3, 0.5], fov: 120.0, size: 64, depth: 0 };
     let outcome = render_text(&inside.text(&world), &Options { spp: 64, ..Options::default() });
     let (mean, _) = image_mean(&outcome.film);

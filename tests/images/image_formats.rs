@@ -20,11 +20,16 @@ fn albedo(kind: &str, parameters: &str) -> Vec<[f32; 3]> {
     // A plate from (0, 0) to (3, 2) texels, seen so that a pixel is a texel; a float texture weighs white against black.
     let material = match kind {
         "float" => {
-            "MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"texture reflectance\" \"c\" NamedMaterial \"m\"".to_owned()
+            "MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"texture reflectance\" \"c\" NamedMaterial \"m\""
+                .to_owned()
         }
         _ => "Material \"diffuse\" \"texture reflectance\" \"t\"".to_owned(),
     };
-    let weighed = if kind == "float" { "Texture \"c\" \"spectrum\" \"scale\" \"rgb tex\" [1 1 1] \"texture scale\" \"t\"" } else { "" };
+    let weighed = if kind == "float" {
+        "Texture \"c\" \"spectrum\" \"scale\" \"rgb tex\" [1 1 1] \"texture scale\" \"t\""
+    } else {
+        ""
+    };
     let text = format!(
         "LookAt 0 0 -1  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [0 1 0 1]\n\
          Film \"rgb\" \"integer xresolution\" {WIDTH} \"integer yresolution\" {HEIGHT}\n\
@@ -114,7 +119,13 @@ fn images_of_bytes() {
     // Encodings, whatever the file.
     assert_albedo("sRGB", "spectrum", &named(&rgb8, "\"string encoding\" \"sRGB\""), &srgb, 1e-6);
     assert_albedo("linear", "spectrum", &named(&rgb8, "\"string encoding\" \"linear\""), &decoded(|v| v), 1e-6);
-    assert_albedo("gamma", "spectrum", &named(&rgb8, "\"string encoding\" \"gamma 2.2\""), &decoded(|v| v.powf(2.2)), 1e-6);
+    assert_albedo(
+        "gamma",
+        "spectrum",
+        &named(&rgb8, "\"string encoding\" \"gamma 2.2\""),
+        &decoded(|v| v.powf(2.2)),
+        1e-6,
+    );
     // Scaled, then inverted.
     let with = |more: &str| named(&rgb8, &format!("\"string encoding\" \"linear\" {more}"));
     assert_albedo("scale", "spectrum", &with("\"float scale\" 0.5"), &decoded(|v| 0.5 * v), 1e-6);
@@ -123,13 +134,33 @@ fn images_of_bytes() {
     assert_albedo("both", "spectrum", &both, &decoded(|v| (1.0 - 1.5 * v).max(0.0)), 1e-6);
 
     let wide: Vec<u8> = flat.iter().flat_map(|&b| (u16::from(b) * 257).to_ne_bytes()).collect();
-    assert_albedo("16 bits", "spectrum", &named(&write("16.png", png(&wide, ExtendedColorType::Rgb16)), ""), &srgb, 2e-5);
+    assert_albedo(
+        "16 bits",
+        "spectrum",
+        &named(&write("16.png", png(&wide, ExtendedColorType::Rgb16)), ""),
+        &srgb,
+        2e-5,
+    );
     assert_albedo("palette", "spectrum", &named(&write("palette.png", palette_png()), ""), &srgb, 1e-6);
     let greys: Vec<u8> = bytes().iter().map(|rgb| rgb[0]).collect();
-    let grey = |decode: fn(f32) -> f32| -> Vec<[f32; 3]> { greys.iter().map(|&g| [decode(f32::from(g) / 255.0); 3]).collect() };
-    assert_albedo("grey", "spectrum", &named(&write("l8.png", png(&greys, ExtendedColorType::L8)), ""), &grey(linear), 1e-6);
+    let grey = |decode: fn(f32) -> f32| -> Vec<[f32; 3]> {
+        greys.iter().map(|&g| [decode(f32::from(g) / 255.0); 3]).collect()
+    };
+    assert_albedo(
+        "grey",
+        "spectrum",
+        &named(&write("l8.png", png(&greys, ExtendedColorType::L8)), ""),
+        &grey(linear),
+        1e-6,
+    );
     let wide: Vec<u8> = greys.iter().flat_map(|&b| (u16::from(b) * 257).to_ne_bytes()).collect();
-    assert_albedo("16-bit grey", "spectrum", &named(&write("l16.png", png(&wide, ExtendedColorType::L16)), ""), &grey(linear), 2e-5);
+    assert_albedo(
+        "16-bit grey",
+        "spectrum",
+        &named(&write("l16.png", png(&wide, ExtendedColorType::L16)), ""),
+        &grey(linear),
+        2e-5,
+    );
 
     // With alpha: colours leave it out; a float is the alpha, unless that is 1 all over; alpha is never decoded.
     let alphas: Vec<u8> = (0..COUNT as u8).map(|i| 40 * i).collect();
@@ -154,7 +185,9 @@ fn images_of_bytes() {
     // JPEG keeps smooth images: one colour, which it rounds.
     let one: Vec<u8> = [200u8, 100, 50].repeat(COUNT);
     let mut jpeg = vec![];
-    JpegEncoder::new_with_quality(&mut jpeg, 100).write_image(&one, size.0, size.1, ExtendedColorType::Rgb8).expect("a JPEG");
+    JpegEncoder::new_with_quality(&mut jpeg, 100)
+        .write_image(&one, size.0, size.1, ExtendedColorType::Rgb8)
+        .expect("a JPEG");
     let expected = vec![[200u8, 100, 50].map(|c| linear(f32::from(c) / 255.0)); COUNT];
     assert_albedo("JPEG", "spectrum", &named(&write("i.jpg", jpeg), ""), &expected, 0.01);
 }
@@ -172,9 +205,15 @@ fn images_of_floats() {
     let pixel = |p: Vec2<usize>| values[p.y() * WIDTH + p.x()];
     let size = Vec2(WIDTH, HEIGHT);
     for (name, encoding) in [
-        ("scan lines", Encoding { blocks: Blocks::ScanLines, ..Encoding::FAST_LOSSLESS }),
+        (
+            "scan lines",
+            Encoding { blocks: Blocks::ScanLines, line_order: LineOrder::Increasing, ..Encoding::FAST_LOSSLESS },
+        ),
         ("tiles", Encoding { blocks: Blocks::Tiles(Vec2(2, 2)), ..Encoding::FAST_LOSSLESS }),
-        ("packed", Encoding { compression: Compression::PIZ, ..Encoding::FAST_LOSSLESS }),
+        (
+            "packed",
+            Encoding { compression: Compression::PIZ, line_order: LineOrder::Increasing, ..Encoding::FAST_LOSSLESS },
+        ),
         ("plain", Encoding::UNCOMPRESSED),
     ] {
         let path = at("i.exr");

@@ -58,12 +58,11 @@ impl Camera {
             "realistic" => realistic(scene, size, warnings)?,
             other => {
                 let message = format!("camera type \"{other}\" is not known");
-                return Err(SceneError::at(entity.span(), SceneErrorKind::Unsupported(message))
-                    .help(with_upgrade(
-                        "Camera",
-                        other,
-                        "use \"perspective\", \"orthographic\", \"spherical\" or \"realistic\"",
-                    )));
+                return Err(SceneError::at(entity.span(), SceneErrorKind::Unsupported(message)).help(with_upgrade(
+                    "Camera",
+                    other,
+                    "use \"perspective\", \"orthographic\", \"spherical\" or \"realistic\"",
+                )));
             }
         };
         let shutter = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];

@@ -304,7 +304,8 @@ impl<'a> GeometryBuilder<'a> {
         let (materials, origin) = (&*self.materials, self.space.origin);
         let height = heights.map(|(input, edge_length)| {
             // Textures in space are looked up where the shape's own transform places it, whatever instances do.
-            let at = move |p: DVec3, n, uv| materials.height_at(input, &TexturePoint { p: (p - origin).as_vec3(), n, uv });
+            let at =
+                move |p: DVec3, n, uv| materials.height_at(input, &TexturePoint { p: (p - origin).as_vec3(), n, uv });
             (at, edge_length)
         });
         let displacement = height.as_ref().map(|(height, edge_length)| Displacement {

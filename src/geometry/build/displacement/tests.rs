@@ -111,7 +111,7 @@ fn longest_edge(mesh: &TriangleMesh) -> f32 {
 }
 
 /// A cube from −1 to 1 with vertices of its own for each face (normals and texture coordinates differ there), outward.
-fn cube() -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<i32>) {
+fn cube() -> Params {
     let (mut p, mut n, mut uv, mut indices) = (vec![], vec![], vec![], vec![]);
     for axis in 0..3 {
         for sign in [-1.0f32, 1.0] {
@@ -128,7 +128,7 @@ fn cube() -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<i32>) {
             indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
         }
     }
-    (p, n, uv, indices)
+    vec![("P", vec3s(p)), ("indices", ints(&indices)), ("uv", ParamValue::Vec2(uv)), ("N", vec3s(n))]
 }
 
 #[test]
@@ -184,13 +184,7 @@ fn rough(_: DVec3, _: Vec3, uv: Vec2) -> f32 {
 
 #[test]
 fn seams_do_not_tear() {
-    let (p, n, uv, indices) = cube();
-    let all = vec![
-        ("P", vec3s(p)),
-        ("indices", ints(&indices)),
-        ("uv", ParamValue::Vec2(uv)),
-        ("N", vec3s(n)),
-    ];
+    let all = cube();
     // With normals and texture coordinates, without either, without both.
     for without in [&[][..], &["N"], &["uv"], &["N", "uv"]] {
         let params: Params = all.iter().filter(|(name, _)| !without.contains(name)).cloned().collect();
@@ -198,7 +192,8 @@ fn seams_do_not_tear() {
         let turned = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7)
             * DAffine3::from_scale(DVec3::new(1.0, 3.7, 0.3));
         for to_world in [[DAffine3::IDENTITY; 2], [turned, DAffine3::from_scale(DVec3::splat(1.7))]] {
-            let case = Case { kind: "trianglemesh", params: params.clone(), to_world, edge_length: 0.23, height: &rough };
+            let case =
+                Case { kind: "trianglemesh", params: params.clone(), to_world, edge_length: 0.23, height: &rough };
             let mesh = case.build().expect("it can be displaced");
             assert_watertight(&mesh);
             assert!(mesh.indices.len() > 1000);
@@ -209,7 +204,13 @@ fn seams_do_not_tear() {
     // Flat faces move along their normals, the seams along their mean: by 0.3/√2 or 0.3/√3 on each axis.
     let mesh = displaced("trianglemesh", all, 0.3, &|_, _, _| 0.3);
     let reach = |p: &Vec3| p.abs().max_element();
-    assert!(mesh.positions.iter().all(|p| [1.3, 1.0 + 0.3 / 2f32.sqrt(), 1.0 + 0.3 / 3f32.sqrt()].iter().any(|r| (reach(p) - r).abs() < 1e-6)));
+    assert!(
+        mesh.positions.iter().all(|p| [1.3, 1.0 + 0.3 / 2f32.sqrt(), 1.0 + 0.3 / 3f32.sqrt()].iter().any(|r| (reach(
+            p
+        ) - r)
+            .abs()
+            < 1e-6))
+    );
     // And hard edges stay hard: normals of different faces are not mixed.
     let corner = |n: &Vec3| n.normalize().abs().max_element() > 0.9;
     assert!(mesh.normals.iter().all(corner));
@@ -218,8 +219,7 @@ fn seams_do_not_tear() {
 #[test]
 fn the_two_sides_of_a_sheet_part() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
-    let params =
-        vec![("P", vec3s(corners.into_iter().chain(corners))), ("indices", ints(&[0, 1, 2, 3, 5, 4]))];
+    let params = vec![("P", vec3s(corners.into_iter().chain(corners))), ("indices", ints(&[0, 1, 2, 3, 5, 4]))];
     let mesh = displaced("trianglemesh", params, 0.5, &|_, _, _| 0.1);
     assert!(mesh.positions.iter().all(|p| p.z.abs() == 0.1));
     let (up, down) = (mesh.positions.iter().filter(|p| p.z > 0.0).count(), mesh.positions.len() / 2);
@@ -284,11 +284,16 @@ fn lengths_are_those_in_the_world_and_heights_those_of_the_shape() {
     // Ten times as large: edges of 2 in the world are 0.2 here; while it grows to twice that, 0.1.
     let ten = DAffine3::from_scale(DVec3::splat(10.0));
     for (end, longest) in [(ten, 2.0), (ten * DAffine3::from_scale(DVec3::splat(2.0)), 1.0)] {
-        let case =
-            Case { kind: "trianglemesh", params: square(), to_world: [ten, end], edge_length: 2.0, height: &|p, _, uv| {
+        let case = Case {
+            kind: "trianglemesh",
+            params: square(),
+            to_world: [ten, end],
+            edge_length: 2.0,
+            height: &|p, _, uv| {
                 assert!((p.x as f32 - 10.0 * uv.x).abs() < 1e-5);
                 0.25
-            } };
+            },
+        };
         let mesh = case.build().expect("it can be displaced");
         assert!(mesh.positions.iter().all(|p| p.z == 2.5));
         let found = longest_edge(&mesh);
@@ -331,7 +336,8 @@ fn what_is_too_fine_or_not_finite_is_refused() {
     }
     let message = case(0.5, &|_, _, _| 1e30);
     assert!(message.contains("beyond"), "{message}");
-    let nothing = displaced("trianglemesh", vec![("P", vec3s([[0.0; 3]; 3])), ("indices", ints(&[]))], 1.0, &|_, _, _| 1.0);
+    let nothing =
+        displaced("trianglemesh", vec![("P", vec3s([[0.0; 3]; 3])), ("indices", ints(&[]))], 1.0, &|_, _, _| 1.0);
     assert!(nothing.indices.is_empty());
     // Triangles without area have no normal, and stay.
     let point = displaced("trianglemesh", vec![("P", vec3s([[1.0; 3]; 3]))], 1.0, &|_, _, _| 1.0);

@@ -163,7 +163,9 @@ impl Builder<'_, '_> {
             _ => {
                 let what =
                     SceneErrorKind::Parameter(format!("a texture's type is float or spectrum, found \"{type_name}\""));
-                return Err(SceneError::at(type_at, what).help(format!("older files say color: write spectrum; {UPGRADE}")));
+                return Err(
+                    SceneError::at(type_at, what).help(format!("older files say color: write spectrum; {UPGRADE}"))
+                );
             }
         };
         let (kind, _) = self.reader.expect_string("a texture's class")?;
