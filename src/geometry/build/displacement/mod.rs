@@ -95,8 +95,8 @@ impl Placement<'_> {
         let too_many = || {
             let why = if by_memory < MOST_TRIANGLES { ", more than fit into the memory that is left" } else { "" };
             let what = format!(
-                "{}: with edges of at most {edge_length} it comes to more than {most} triangles{why}",
-                params.owner
+                "{}: with edges of at most {} it comes to more than {most} triangles{why}",
+                params.owner, edge_length as f32
             );
             let help =
                 "ask for longer edges in \"displacement.edgelength\": twice the length is a quarter of the triangles";
