@@ -1,6 +1,7 @@
 //! What a scene says about its image: size, crop, sensor and output name. Source: pbrt-v4's file format (Film) and its
 //! section 5.4 (film and imaging).
 
+use crate::scene::older::with_upgrade;
 use crate::scene::{Entity, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
 use super::filter::PixelFilter;
@@ -93,12 +94,18 @@ impl FilmSettings {
             "rgb" | "" => {}
             "gbuffer" => {}
             "spectral" => {
+                for name in ["nbuckets", "lambdamin", "lambdamax"] {
+                    params.get(name);
+                }
                 warnings.add(Some(film.span()), format!("film type \"{}\" is rendered as \"rgb\"", film.kind));
             }
             other => {
                 let message = format!("film type \"{other}\" is not known");
-                return Err(SceneError::at(film.span(), SceneErrorKind::Unsupported(message))
-                    .help("use a film of type \"rgb\""));
+                return Err(SceneError::at(film.span(), SceneErrorKind::Unsupported(message)).help(with_upgrade(
+                    "Film",
+                    other,
+                    "use a film of type \"rgb\"",
+                )));
             }
         }
         let stated = [extent(film, "xresolution", 1280)?, extent(film, "yresolution", 720)?];

@@ -52,6 +52,8 @@ pub struct Geometry {
     pub instances: Vec<Instance>,
     /// Of the first instances: the [`Shape::links`] that each replaces, and by what. Empty where none does.
     pub instance_links: Vec<[u32; 2]>,
+    /// How many of the shapes are meshes whose points were moved by a texture.
+    pub displaced: usize,
 }
 
 impl Geometry {

@@ -22,7 +22,7 @@ use super::{DistantLight, GoniometricLight, Lights, PointLight, SpotLight};
 use crate::geometry::{Geometry, ShapeId};
 use crate::math::Rgb;
 use crate::math::transform::{Decomposed, RenderSpace};
-use crate::scene::{LightEntity, ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, Warnings};
+use crate::scene::{LightEntity, Param, ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, Warnings};
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 
@@ -161,6 +161,8 @@ impl Builder<'_> {
                 let message = format!("light type \"{kind}\" is unknown: the light is left out");
                 let help = "there are point, spot, goniometric, projection, distant, infinite and diffuse area lights";
                 self.unsupported(params.span, message, help)?;
+                // Said in one line.
+                params.iter().for_each(Param::mark_used);
             }
         }
         Ok(())

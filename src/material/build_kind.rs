@@ -12,7 +12,7 @@ use super::kinds::{Coat, Fibre, HairColour, Material, Matter, Metal, Roughness};
 use super::texture::{FloatInput, RgbInput};
 use crate::math::Rgb;
 use crate::math::spectrum::Spectrum;
-use crate::scene::{MaterialEntity, ParamSet, ParamValue, SceneError, SceneErrorKind, TextureOr};
+use crate::scene::{MaterialEntity, Param, ParamSet, ParamValue, SceneError, SceneErrorKind, TextureOr};
 
 /// Named materials; of several with one name, the last.
 pub(super) type Names<'a> = HashMap<&'a str, MaterialId>;
@@ -76,6 +76,8 @@ pub(super) fn material(entity: &MaterialEntity, names: &Names, builder: &mut Tex
         other => {
             let message = format!("material type \"{other}\" is not supported: grey \"diffuse\" is used instead");
             builder.warnings.add(Some(params.span), message);
+            // Said in one line: what its parameters are called does not matter.
+            params.iter().for_each(Param::mark_used);
             Material::Diffuse { reflectance: RgbInput::Constant(half) }
         }
     })

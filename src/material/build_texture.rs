@@ -16,7 +16,9 @@ use super::texture::{FloatInput, FloatTexture, RgbInput, RgbTexture, Textures};
 use crate::film::image::Encoding;
 use crate::film::stored_image::read_header;
 use crate::math::Rgb;
-use crate::scene::{ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, TextureEntity, TextureOr, Warnings};
+use crate::scene::{
+    Param, ParamSet, SceneDescription, SceneError, SceneErrorKind, Span, TextureEntity, TextureOr, Warnings,
+};
 
 pub(super) type Result<T> = std::result::Result<T, Box<SceneError>>;
 
@@ -128,6 +130,7 @@ impl<'a> TextureBuilder<'a> {
                 None => {
                     let message = format!("texture type \"{kind}\" (\"{name}\") is not supported: 1 is used instead");
                     self.warnings.add(Some(texture.entity.span()), message);
+                    params.iter().for_each(Param::mark_used);
                     FloatInput::Constant(1.0)
                 }
             },
@@ -163,6 +166,7 @@ impl<'a> TextureBuilder<'a> {
                     let message =
                         format!("texture type \"{kind}\" (\"{name}\") is not supported: 50 % grey is used instead");
                     self.warnings.add(Some(texture.entity.span()), message);
+                    params.iter().for_each(Param::mark_used);
                     RgbInput::Constant(Rgb::splat(0.5))
                 }
             },
@@ -236,6 +240,11 @@ impl<'a> TextureBuilder<'a> {
 
     fn end(&mut self, texture: &TextureEntity) {
         self.open.pop();
+        if texture.transform.is_animated() && lies_in_space(texture) {
+            let message =
+                format!("texture \"{}\" moves; it is looked up where it starts (as in pbrt-v4)", texture.name);
+            self.warnings.add(Some(texture.entity.span()), message);
+        }
         texture.entity.params.warn_unused(self.warnings);
     }
 
@@ -250,7 +259,11 @@ impl<'a> TextureBuilder<'a> {
             None | Some("repeat") => Wrap::Repeat,
             Some("black") => Wrap::Black,
             Some("clamp") => Wrap::Clamp,
-            Some(other) => return Err(bad_word(params, "wrap", other, "repeat, black or clamp")),
+            Some("octahedralsphere") => {
+                params.warn_ignored("wrap", "\"octahedralsphere\" is done as \"clamp\"", self.warnings);
+                Wrap::Clamp
+            }
+            Some(other) => return Err(bad_word(params, "wrap", other, "repeat, black, clamp or octahedralsphere")),
         };
         let filter = match params.string("filter")? {
             None | Some("bilinear") => Filter::Bilinear,
@@ -303,6 +316,15 @@ impl<'a> TextureBuilder<'a> {
         self.loader.images.insert(key, image.clone());
         Ok(image)
     }
+}
+
+/// Whether a texture is looked up by place or direction, not by the surface's own coordinates.
+fn lies_in_space(texture: &TextureEntity) -> bool {
+    let params = &texture.entity.params;
+    let is = |name: &str, values: &[&str]| matches!(params.string(name), Ok(Some(value)) if values.contains(&value));
+    matches!(texture.entity.kind.as_str(), "fbm" | "wrinkled" | "windy" | "marble" | "directionmix")
+        || is("mapping", &["planar", "spherical", "cylindrical"])
+        || matches!(params.integer("dimension", 2), Ok(3))
 }
 
 fn check_lookups(lookups: u32, span: Span) -> Result<()> {

@@ -3,7 +3,7 @@
 //! One file an idea: `bsdf.rs` is the interface, `diffuse.rs`, `diffuse_transmission.rs`, `conductor.rs`, `dielectric.rs`,
 //! `thin_dielectric.rs`, `layered.rs` (over `base.rs`) and `hair/` the kinds of scattering (in the local frame), `microfacet.rs`,
 //! `fresnel.rs` and `subsurface.rs` what they are made of, `kinds.rs` the materials with their inputs, `texture.rs`,
-//! `texture_mapping.rs`, `footprint.rs`, `image_texture.rs` (over `mip_map/`, with `ewa.rs`) and `procedural.rs` the inputs, `relief.rs` normal and bump maps, `opacity.rs` alpha masks, `build.rs`, `build_kind.rs`,
+//! `texture_mapping.rs`, `footprint.rs`, `image_texture.rs` (over `mip_map/`, with `ewa.rs`) and `procedural.rs` the inputs, `relief.rs` normal and bump maps, `displacement.rs` heights of displaced meshes, `opacity.rs` alpha masks, `build.rs`, `build_kind.rs`,
 //! `build_relief.rs`, `build_texture.rs` and `build_procedural.rs` the way from a scene file.
 
 pub mod base;
@@ -17,6 +17,7 @@ pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
+mod displacement;
 mod ewa;
 pub mod footprint;
 pub mod fresnel;

@@ -11,6 +11,7 @@ use glam::DAffine3;
 use super::homogeneous::HomogeneousMedium;
 use super::{Medium, MediumPoint};
 use crate::math::Rgb;
+use crate::scene::older::with_upgrade;
 use crate::scene::{MediumEntity, ParamSet, ParamValue, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
@@ -43,9 +44,13 @@ pub fn build_medium(
         "nanovdb" => nanovdb::nanovdb(params, render_from_medium, scene, strict, warnings)?,
         other => {
             let message = format!("\"{other}\" is not a type of medium");
-            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)).help(
-                "media are \"homogeneous\", \"uniformgrid\", \"rgbgrid\", \"cloud\", \"nanovdb\" and \"openvdb\"",
-            ));
+            let known =
+                "media are \"homogeneous\", \"uniformgrid\", \"rgbgrid\", \"cloud\", \"nanovdb\" and \"openvdb\"";
+            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)).help(with_upgrade(
+                "MakeNamedMedium",
+                other,
+                known,
+            )));
         }
     };
     params.warn_unused(warnings);

@@ -32,7 +32,7 @@ use crate::geometry::trace::TraceError;
 use crate::integrator::in_scatter::equi_angular::EquiAngular;
 use crate::integrator::path::MOST_BOUNCES;
 use crate::integrator::{Counters, LightChoice, PathSettings, World};
-use crate::scene::{Entity, SceneDescription, SceneError, Sources, Warnings};
+use crate::scene::{Entity, Param, ParamSet, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
 use mixing::Mixing;
 use pass::{Guides, Pass};
@@ -347,19 +347,56 @@ fn samples_per_pixel(scene: &SceneDescription, warnings: &mut Warnings) -> Resul
     x.checked_mul(y).ok_or_else(|| sampler.params.wrong("xsamples", "such that xsamples × ysamples is below 2^32"))
 }
 
+/// pbrt-v4's samplers.
+const SAMPLERS: [&str; 8] = ["", "halton", "independent", "paddedsobol", "pmj02bn", "sobol", "stratified", "zsobol"];
+
+/// Says of pbrt-v4's options what is not done; of those that change no image, nothing.
+fn options(options: &ParamSet, warnings: &mut Warnings) -> Result<(), Box<SceneError>> {
+    for name in [
+        "displacementedgescale",
+        "disabletexturefiltering",
+        "disablewavelengthjitter",
+        "pixelstats",
+        "rendercoordsys",
+        "wavefront",
+    ] {
+        options.get(name);
+    }
+    for (name, why) in [
+        ("disablepixeljitter", "samples are spread over their pixels"),
+        ("forcediffuse", "materials are what they are"),
+    ] {
+        if options.bool(name, false)? {
+            options.warn_ignored(name, why, warnings);
+        }
+    }
+    for name in ["msereferenceimage", "msereferenceout"] {
+        options.warn_ignored(name, "`lanternfish compare` measures errors", warnings);
+    }
+    options.warn_unused(warnings);
+    Ok(())
+}
+
 fn warn_about_engine(scene: &SceneDescription, warnings: &mut Warnings) -> Result<(), Box<SceneError>> {
     let kind = scene.integrator.kind.as_str();
+    let params = &scene.integrator.params;
     if !matches!(kind, "" | "volpath" | "path") {
         let message = format!("integrator \"{kind}\" is not here; the volumetric path tracer renders instead");
         warnings.add(Some(scene.integrator.span()), message);
+        // Said in one line.
+        params.iter().for_each(Param::mark_used);
     }
-    let params = &scene.integrator.params;
+    let sampler = scene.sampler.kind.as_str();
+    if !SAMPLERS.contains(&sampler) {
+        let message = format!("sampler \"{sampler}\" is not known; points are Owen-scrambled Sobol' points");
+        warnings.add(Some(scene.sampler.span()), message);
+    }
     params.warn_ignored("lightsampler", "--lights chooses how lights are selected", warnings);
-    if params.bool("regularize", false)? {
+    if matches!(kind, "" | "volpath" | "path") && params.bool("regularize", false)? {
         params.warn_ignored("regularize", "paths are never regularised: that would bias the image", warnings);
     }
     scene.sampler.params.warn_ignored("randomization", "points are Owen-scrambled Sobol' points", warnings);
-    scene.options.warn_unused(warnings);
+    options(&scene.options, warnings)?;
     params.warn_unused(warnings);
     scene.sampler.params.warn_unused(warnings);
     Ok(())

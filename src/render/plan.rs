@@ -50,6 +50,7 @@ impl Plan {
         plan.built("geometry", reason, geometry.memory() + world.tracer.memory());
         let moving =
             geometry.instances.iter().filter(|i| matches!(i.transform, MotionTransform::Moving { .. })).count();
+        plan.decide("displacement", geometry.displaced, ["displaced mesh", "displaced meshes"], 0);
         plan.decide("instances", geometry.instances.len(), ["instance", "instances"], 0);
         plan.decide("motion blur", moving, ["moving instance", "moving instances"], 0);
         plan.decide_one("moving camera", camera.is_moving(), ["the camera moves", "the camera stands still"]);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DMat4;
 
+use super::locate::locate;
 use super::params::{Param, ParamSet, ParamValue};
 use super::source::Span;
 use crate::math::transform::Animated;
@@ -176,9 +177,9 @@ pub struct SceneDescription {
 }
 
 impl SceneDescription {
-    /// The path of a file that a parameter names: absolute, or beside the scene file.
+    /// The path of a file that a parameter names: absolute, or beside the scene file; backslashes will do as slashes.
     pub fn resolve(&self, name: &str) -> PathBuf {
-        self.base.join(name)
+        locate(&self.base, name)
     }
 
     /// The meshes, images, volumes and photometric files that parameters name, whether or not anything uses them. Spectrum files, which are read with

@@ -4,6 +4,7 @@
 pub mod description;
 pub mod error;
 pub mod lint;
+mod locate;
 pub mod params;
 pub mod pbrt;
 pub mod ply;
@@ -11,7 +12,9 @@ pub mod source;
 
 pub use description::*;
 pub use error::{SceneError, SceneErrorKind, Warning, Warnings};
+pub(crate) use locate::locate;
 pub use params::{Param, ParamSet, ParamValue, TextureOr};
 pub(crate) use pbrt::finish::undefined;
 pub use pbrt::load;
+pub(crate) use pbrt::older;
 pub use source::{FileId, Sources, Span};

@@ -52,6 +52,13 @@ fn nonsensical_settings() {
     }
 }
 
+/// A triangle with something more.
+macro_rules! triangle {
+    ($more:literal) => {
+        concat!("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] ", $more)
+    };
+}
+
 #[test]
 fn nonsensical_shapes() {
     each(&[
@@ -95,6 +102,22 @@ fn nonsensical_shapes() {
         ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0]", Refused("control points")),
         ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"integer degree\" 99", Refused("degree")),
         ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"integer splitdepth\" 1000", Orderly),
+        (triangle!("\"texture displacement\" \"nothing\""), Refused("nothing")),
+        (triangle!("\"string displacement\" \"nothing\""), Refused("displacement")),
+        (triangle!("\"rgb displacement\" [1 1 1]"), Refused("displacement")),
+        (triangle!("\"float displacement\" [1 2]"), Refused("displacement")),
+        (triangle!("\"float displacement\" 1e30"), Refused("beyond")),
+        (triangle!("\"float displacement\" -0.5"), Renders),
+        (triangle!("\"float displacement\" 0"), Renders),
+        (triangle!("\"float displacement\" 1 \"float displacement.edgelength\" 0"), Refused("edgelength")),
+        (triangle!("\"float displacement\" 1 \"float edgelength\" -1"), Refused("edgelength")),
+        (triangle!("\"float displacement\" 1 \"float edgelength\" 1e-6"), Limit("more than")),
+        (triangle!("\"float displacement\" 1 \"float edgelength\" 1e-38"), Limit("more than")),
+        (triangle!("\"float displacement\" 1 \"float edgelength\" 1e38"), Renders),
+        (triangle!("\"float edgelength\" 1"), Warned("edgelength")),
+        ("Shape \"sphere\" \"float displacement\" 1", Warned("displacement")),
+        ("Scale 1 1 0\nShape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"float displacement\" 1", Renders),
+        ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 0 0 0 0 0 0] \"float displacement\" 1", Renders),
         ("Shape \"nonsense\"", Warned("nonsense")),
         ("Scale 0 1 1\nShape \"sphere\"", Refused("scene.pbrt")),
         ("Scale 0 0 0\nShape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]", Orderly),

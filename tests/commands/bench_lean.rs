@@ -23,7 +23,7 @@ fn each_system_that_is_left_out_has_a_row() {
     for system in ["instances", "motion blur", "moving camera", "opacity", "textures", "media", "density bounds"] {
         assert!(row(&rows, system)["text"].as_str().is_some_and(|text| text.contains("Include \"lamp.pbrt\"")));
     }
-    for system in ["in-scatter sampling", "volume lights", "light selection", "light linking", "curves"] {
+    for system in ["in-scatter sampling", "volume lights", "light selection", "light linking", "curves", "relief"] {
         assert_eq!(row(&rows, system)["rounds"].as_array().map(Vec::len), Some(2), "{system}");
     }
     // There is a sphere; boundaries come with media; the camera's lens cannot be changed from outside.
@@ -32,7 +32,7 @@ fn each_system_that_is_left_out_has_a_row() {
     let has_reader = rows.iter().any(|row| row["system"] == "volume reader");
     assert_eq!(has_reader, cfg!(feature = "openvdb"));
     // What is out of sight changes no pixel; what changes the draws of lights does.
-    for system in ["instances", "opacity", "media", "light linking"] {
+    for system in ["instances", "displacement", "opacity", "relief", "media", "light linking"] {
         assert_eq!(row(&rows, system)["is_same_image"], true, "{system}");
     }
     assert_eq!(row(&rows, "light selection")["is_same_image"], false);

@@ -37,7 +37,8 @@ const fn idle(name: &'static str, how: &'static str, within: &'static str) -> Sy
 const LAMPS: &str = "LightSource \"point\" \"point3 P\" [0 0 0  1 0 0] \"float scale\" 1e-9";
 
 /// All of them.
-const SYSTEMS: [System; 17] = [
+const SYSTEMS: [System; 19] = [
+    idle("displacement", "a tiny displaced triangle", "{triangle} \"float displacement\" 0.1"),
     idle(
         "instances",
         "a tiny object, placed once",
@@ -61,6 +62,11 @@ const SYSTEMS: [System; 17] = [
         "textures",
         "a tiny triangle with a texture",
         "Texture \"lean\" \"spectrum\" \"imagemap\" \"string filename\" \"{texture}\"\nMaterial \"diffuse\" \"texture reflectance\" \"lean\"\n{triangle}",
+    ),
+    idle(
+        "relief",
+        "a tiny triangle with a bump map",
+        "Texture \"lean\" \"float\" \"imagemap\" \"string filename\" \"{texture}\"\nMaterial \"diffuse\" \"texture displacement\" \"lean\"\n{triangle}",
     ),
     idle(
         "media",

@@ -56,7 +56,8 @@ pub(super) fn curve(params: &ParamSet, placement: &Placement, warnings: &mut War
         let what = format!("widths must not be negative nor both 0, found {} and {}", ends[0], ends[1]);
         return Err(placement.error(params, what));
     }
-    params.warn_ignored("splitdepth", "the intersection decides itself how finely a curve is cut", warnings);
+    // Of no effect: the intersection decides itself how finely a curve is cut.
+    params.get("splitdepth");
     let normals: Vec<Vec3> = placement.normals(params, params.vec3s("N")?, false)?;
     let normals: Vec<Vec3> = normals.into_iter().map(Vec3::normalize_or_zero).collect();
     let normals = match kind {

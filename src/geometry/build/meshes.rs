@@ -7,16 +7,18 @@ use glam::{DVec3, Vec2, Vec3};
 use super::super::{ShapeKind, shape::BilinearMesh, shape::TriangleMesh};
 use super::loop_subdivision::subdivide;
 use super::{Kinds, Placement, Result};
-use crate::scene::{ParamSet, SceneError, SceneErrorKind};
+use crate::scene::{ParamSet, SceneError, SceneErrorKind, Warnings};
 
 /// Vertex attributes as stated.
-struct Vertices<'a> {
-    positions: &'a [[f32; 3]],
-    normals: &'a [[f32; 3]],
-    uvs: &'a [[f32; 2]],
+pub(super) struct Vertices<'a> {
+    pub positions: &'a [[f32; 3]],
+    /// As many, or none.
+    pub normals: &'a [[f32; 3]],
+    /// As many, or none.
+    pub uvs: &'a [[f32; 2]],
 }
 
-impl Placement {
+impl Placement<'_> {
     /// The numbers in "indices" in groups of N, each checked against the vertex count.
     fn groups<const N: usize>(&self, params: &ParamSet, vertices: usize) -> Result<Vec<[u32; N]>> {
         let indices = params.integers("indices")?;
@@ -59,6 +61,9 @@ impl Placement {
     }
 
     fn triangles(&self, params: &ParamSet, vertices: &Vertices, indices: Vec<[u32; 3]>) -> Result<ShapeKind> {
+        if let Some(displacement) = self.displacement {
+            return self.displaced(displacement, params, vertices, &indices, &[]);
+        }
         Ok(ShapeKind::Triangles(TriangleMesh {
             positions: self.points(params, "P", vertices.positions)?,
             indices,
@@ -68,6 +73,9 @@ impl Placement {
     }
 
     fn patches(&self, params: &ParamSet, vertices: &Vertices, indices: Vec<[u32; 4]>) -> Result<ShapeKind> {
+        if let Some(displacement) = self.displacement {
+            return self.displaced(displacement, params, vertices, &[], &indices);
+        }
         Ok(ShapeKind::Bilinear(BilinearMesh {
             positions: self.points(params, "P", vertices.positions)?,
             indices,
@@ -85,7 +93,17 @@ fn no_points(params: &ParamSet, placement: &Placement, vertices: &Vertices) -> O
     vertices.positions.is_empty().then(|| placement.error(params, "\"P\" is missing or empty"))
 }
 
-pub(super) fn triangle_mesh(params: &ParamSet, placement: &Placement) -> Result<Kinds> {
+/// Marks what pbrt-v4's meshes take besides and what changes no image: numbers of faces, which only Ptex asks for, a way to sample an emitter, the one
+/// scheme of subdivision.
+fn without_effect(params: &ParamSet) {
+    for name in ["faceIndices", "emissionfilename", "scheme"] {
+        params.get(name);
+    }
+}
+
+pub(super) fn triangle_mesh(params: &ParamSet, placement: &Placement, warnings: &mut Warnings) -> Result<Kinds> {
+    without_effect(params);
+    params.warn_ignored("S", "tangents are those of the texture coordinates", warnings);
     let vertices = stated(params)?;
     if let Some(error) = no_points(params, placement, &vertices) {
         return Err(error);
@@ -96,6 +114,7 @@ pub(super) fn triangle_mesh(params: &ParamSet, placement: &Placement) -> Result<
 }
 
 pub(super) fn bilinear_mesh(params: &ParamSet, placement: &Placement) -> Result<Kinds> {
+    without_effect(params);
     let vertices = stated(params)?;
     if let Some(error) = no_points(params, placement, &vertices) {
         return Err(error);
@@ -110,6 +129,7 @@ const MOST_FACES: u64 = 1 << 26;
 
 /// A subdivision surface, as the triangles and normals it has after "levels".
 pub(super) fn loop_subdivision(params: &ParamSet, placement: &Placement) -> Result<Kinds> {
+    without_effect(params);
     let points = params.vec3s("P")?;
     let control = Vertices { positions: points, normals: &[], uvs: &[] };
     if let Some(error) = no_points(params, placement, &control) {
@@ -134,7 +154,7 @@ pub(super) fn loop_subdivision(params: &ParamSet, placement: &Placement) -> Resu
     Ok(vec![placement.triangles(params, &vertices, surface.faces)?])
 }
 
-/// A PLY file's triangles, and its quads as bilinear patches: a face's vertices go around, a patch's in rows.
+/// A PLY file's triangles, and its quads as bilinear patches: a face's vertices go around, a patch's in rows. Displaced, they are one mesh.
 pub(super) fn ply_mesh(params: &ParamSet, placement: &Placement, base: &dyn Fn(&str) -> PathBuf) -> Result<Kinds> {
     let Some(name) = params.string("filename")? else {
         return Err(placement.error(params, "\"filename\" is missing"));
@@ -150,12 +170,19 @@ pub(super) fn ply_mesh(params: &ParamSet, placement: &Placement, base: &dyn Fn(&
     if let Some(bad) = mesh.triangles.as_flattened().iter().chain(mesh.quads.as_flattened()).find(|i| !in_range(i)) {
         return Err(placement.error(params, format!("{name}: vertex {bad} is out of range, there are {count}")));
     }
+    let rows: Vec<[u32; 4]> = mesh.quads.iter().map(|&[a, b, c, d]| [a, b, d, c]).collect();
     let mut kinds = Kinds::new();
+    match placement.displacement {
+        Some(displacement) if !(mesh.triangles.is_empty() && rows.is_empty()) => {
+            kinds.push(placement.displaced(displacement, params, &vertices, &mesh.triangles, &rows)?);
+            return Ok(kinds);
+        }
+        _ => {}
+    }
     if !mesh.triangles.is_empty() {
         kinds.push(placement.triangles(params, &vertices, mesh.triangles.clone())?);
     }
-    if !mesh.quads.is_empty() {
-        let rows = mesh.quads.iter().map(|&[a, b, c, d]| [a, b, d, c]).collect();
+    if !rows.is_empty() {
         kinds.push(placement.patches(params, &vertices, rows)?);
     }
     Ok(kinds)

@@ -2,6 +2,7 @@
 //! Source: pbrt-v4's file format for names, defaults and conventions.
 
 mod curves;
+pub mod displacement;
 mod loop_subdivision;
 mod meshes;
 mod quadrics;
@@ -10,8 +11,9 @@ mod tests;
 
 use std::path::PathBuf;
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
+use self::displacement::Displacement;
 use super::{Shape, ShapeKind};
 use crate::scene::{ParamSet, SceneError, SceneErrorKind, ShapeEntity, Warnings};
 
@@ -40,25 +42,26 @@ pub const MAX_COORDINATE: f32 = 1e18;
 /// Builds the shapes that a directive states: usually one; none for kinds not known (with a warning that names them) and for
 /// empty meshes; two for a PLY file with triangles and quads.
 ///
-/// `to_space` maps object space to render space or to the prototype's; `base` resolves file names. The parameter `alpha` is
-/// the caller's to read ([`ShapeBindings::alpha`]). Errors name what was wrong: indices out of range, wrong counts, values that
-/// are not finite or too large, transforms that flatten a quadric.
+/// `to_space` maps object space to render space or to the prototype's; `base` resolves file names. The parameters `alpha` and, of meshes,
+/// `displacement` are the caller's to read ([`ShapeBindings::alpha`], [`Displacement`]). Errors name what was wrong: indices out of
+/// range, wrong counts, values that are not finite or too large, transforms that flatten a quadric, meshes too fine for memory.
 pub fn build_shape(
     entity: &ShapeEntity,
     to_space: &DAffine3,
     base: &dyn Fn(&str) -> PathBuf,
     bindings: ShapeBindings,
+    displacement: Option<&Displacement>,
     warnings: &mut Warnings,
 ) -> Result<Vec<Shape>> {
     let params = &entity.entity.params;
-    let placement = Placement { affine: *to_space, reverse: entity.reverse_orientation };
+    let placement = Placement { affine: *to_space, reverse: entity.reverse_orientation, displacement };
     if !to_space.is_finite() {
         return Err(placement.error(params, "its transformation is not finite"));
     }
     // The caller turns it into a texture; here it only counts as used.
     params.get("alpha");
     let kinds = match entity.entity.kind.as_str() {
-        "trianglemesh" => meshes::triangle_mesh(params, &placement)?,
+        "trianglemesh" => meshes::triangle_mesh(params, &placement, warnings)?,
         "plymesh" => meshes::ply_mesh(params, &placement, base)?,
         "loopsubdiv" => meshes::loop_subdivision(params, &placement)?,
         "bilinearmesh" => meshes::bilinear_mesh(params, &placement)?,
@@ -94,12 +97,14 @@ pub fn build_shape(
 }
 
 /// Where a shape goes.
-struct Placement {
+struct Placement<'a> {
     affine: DAffine3,
     reverse: bool,
+    /// What moves the points of meshes before.
+    displacement: Option<&'a Displacement<'a>>,
 }
 
-impl Placement {
+impl Placement<'_> {
     fn swaps_handedness(&self) -> bool {
         self.affine.matrix3.determinant() < 0.0
     }
@@ -117,20 +122,20 @@ impl Placement {
 
     /// Points into the shape's space, rounded last.
     fn points(&self, params: &ParamSet, name: &str, points: &[[f32; 3]]) -> Result<Vec<Vec3>> {
-        points
-            .iter()
-            .enumerate()
-            .map(|(i, p)| {
-                let q = self.affine.transform_point3(Vec3::from_array(*p).as_dvec3()).as_vec3();
-                if !q.is_finite() {
-                    Err(self.error(params, format!("\"{name}\" number {i} is not finite: {} {} {}", p[0], p[1], p[2])))
-                } else if q.abs().max_element() > MAX_COORDINATE {
-                    Err(self.error(params, format!("\"{name}\" number {i} is beyond {MAX_COORDINATE:e} units")))
-                } else {
-                    Ok(q)
-                }
-            })
-            .collect()
+        let placed = |(i, p): (usize, &[f32; 3])| self.point(params, name, i, Vec3::from_array(*p).as_dvec3());
+        points.iter().enumerate().map(placed).collect()
+    }
+
+    /// One point, which is number `i` of `name`.
+    fn point(&self, params: &ParamSet, name: &str, i: usize, p: DVec3) -> Result<Vec3> {
+        let q = self.affine.transform_point3(p).as_vec3();
+        if !q.is_finite() {
+            Err(self.error(params, format!("\"{name}\" number {i} is not finite: {} {} {}", p.x, p.y, p.z)))
+        } else if q.abs().max_element() > MAX_COORDINATE {
+            Err(self.error(params, format!("\"{name}\" number {i} is beyond {MAX_COORDINATE:e} units")))
+        } else {
+            Ok(q)
+        }
     }
 
     /// Normals into the shape's space by the inverse transpose, their lengths kept in proportion: they weigh interpolation.

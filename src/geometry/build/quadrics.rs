@@ -12,7 +12,7 @@ fn rounded(affine: &DAffine3) -> Affine3A {
     Affine3A { matrix3: affine.matrix3.as_mat3().into(), translation: affine.translation.as_vec3a() }
 }
 
-impl Placement {
+impl Placement<'_> {
     /// The transform, rounded, and the inverse of its linear part.
     fn both_ways(&self, params: &ParamSet) -> Result<(Affine3A, DMat3)> {
         let forward = rounded(&self.affine);

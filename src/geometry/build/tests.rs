@@ -29,7 +29,7 @@ fn entity(kind: &str, params: Vec<(&str, ParamValue)>) -> ShapeEntity {
 fn build_in(entity: &ShapeEntity, to_space: DAffine3) -> (Result<Vec<Shape>, String>, Warnings) {
     let mut warnings = Warnings::default();
     let base = |name: &str| PathBuf::from("/nonexistent").join(name);
-    let shapes = build_shape(entity, &to_space, &base, ShapeBindings::default(), &mut warnings);
+    let shapes = build_shape(entity, &to_space, &base, ShapeBindings::default(), None, &mut warnings);
     (shapes.map_err(|e| e.to_string()), warnings)
 }
 

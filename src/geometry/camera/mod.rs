@@ -16,6 +16,7 @@ use self::projection::{Lens, Mapping, Projection, Screen};
 use super::Ray;
 use crate::film::FilmSettings;
 use crate::math::transform::{Decomposed, RenderSpace};
+use crate::scene::older::with_upgrade;
 use crate::scene::{ParamSet, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
@@ -57,8 +58,11 @@ impl Camera {
             "realistic" => realistic(scene, size, warnings)?,
             other => {
                 let message = format!("camera type \"{other}\" is not known");
-                return Err(SceneError::at(entity.span(), SceneErrorKind::Unsupported(message))
-                    .help("use \"perspective\", \"orthographic\", \"spherical\" or \"realistic\""));
+                return Err(SceneError::at(entity.span(), SceneErrorKind::Unsupported(message)).help(with_upgrade(
+                    "Camera",
+                    other,
+                    "use \"perspective\", \"orthographic\", \"spherical\" or \"realistic\"",
+                )));
             }
         };
         let shutter = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];

@@ -16,7 +16,7 @@ use crate::light::AreaLight;
 use crate::light::area::extent;
 use crate::light::area::pattern::{DirectionalEmission, EmissionImage, EmissionPattern, ImageMeans, ImageSums};
 use crate::math::Rgb;
-use crate::scene::{Entity, Span};
+use crate::scene::{Entity, Param, Span};
 
 impl Builder<'_> {
     /// One for each of `emitters`.
@@ -44,6 +44,8 @@ impl Builder<'_> {
         if directive.kind != "diffuse" {
             let message = format!("area light type \"{}\" is not supported: the shape does not emit", directive.kind);
             self.unsupported(params.span, message, "only \"diffuse\" area lights exist")?;
+            // Said in one line.
+            params.iter().for_each(Param::mark_used);
             return Ok(emission);
         }
         emission.two_sided = params.bool("twosided", false)?;

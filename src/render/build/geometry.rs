@@ -6,16 +6,18 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::media::MediaBuilder;
 use crate::geometry::affine;
+use crate::geometry::build::displacement::{Displacement, can_be_displaced, edge_length};
 use crate::geometry::build::{MAX_COORDINATE, ShapeBindings, build_shape};
 use crate::geometry::extent::union;
 use crate::geometry::{Geometry, Instance, MotionTransform, Prototype, ShapeId};
 use crate::light::linking::LinkRequests;
 use crate::light::{LightId, LinkSet};
-use crate::material::{MaterialId, Materials};
+use crate::material::texture::FloatInput;
+use crate::material::{MaterialId, Materials, TexturePoint};
 use crate::math::transform::{Animated, Decomposed, RenderSpace};
 use crate::medium::Medium;
 use crate::render::RenderError;
@@ -47,6 +49,9 @@ const MOST_PARTS: usize = 1 << 19;
 
 /// Determinants of instances' transforms whose inverses single precision holds.
 const DETERMINANTS: RangeInclusive<f64> = 1e-36..=1e36;
+
+/// The option that all lengths of edges are multiplied by (pbrt-v4).
+const EDGE_SCALE: &str = "displacementedgescale";
 
 /// Memory is looked at for more.
 const MANY_INSTANCES: usize = 1 << 16;
@@ -295,7 +300,22 @@ impl<'a> GeometryBuilder<'a> {
             ShapeBindings { material: material.0, light: None, medium_interface: interface, alpha, is_boundary, links };
         let scene = self.scene;
         let resolve = |name: &str| -> PathBuf { scene.resolve(name) };
-        let shapes = build_shape(entity, to_space, &resolve, bindings, self.warnings)?;
+        let heights = self.heights(entity)?;
+        let (materials, origin) = (&*self.materials, self.space.origin);
+        let height = heights.map(|(input, edge_length)| {
+            // Textures in space are looked up where the shape's own transform places it, whatever instances do.
+            let at =
+                move |p: DVec3, n, uv| materials.height_at(input, &TexturePoint { p: (p - origin).as_vec3(), n, uv });
+            (at, edge_length)
+        });
+        let displacement = height.as_ref().map(|(height, edge_length)| Displacement {
+            height,
+            to_world: [entity.transform.start, entity.transform.end].map(DAffine3::from_mat4),
+            edge_length: *edge_length,
+            span: entity.entity.params.get("displacement").map_or(entity.entity.span(), |param| param.span),
+        });
+        let shapes = build_shape(entity, to_space, &resolve, bindings, displacement.as_ref(), self.warnings)?;
+        self.out.displaced += if displacement.is_some() { shapes.len() } else { 0 };
         let mut ids = vec![];
         for mut shape in shapes {
             let id = ShapeId(self.out.shapes.len() as u32);
@@ -310,6 +330,18 @@ impl<'a> GeometryBuilder<'a> {
             ids.push(id);
         }
         Ok(ids)
+    }
+
+    /// What displaces a mesh, and the longest edges that it is refined to.
+    fn heights(&mut self, entity: &ShapeEntity) -> Result<Option<(FloatInput, f64)>, RenderError> {
+        let params = &entity.entity.params;
+        if !can_be_displaced(&entity.entity.kind) {
+            return Ok(None);
+        }
+        let Some(value) = params.float_texture("displacement")? else { return Ok(None) };
+        let edge_length = f64::from(edge_length(params)?) * f64::from(self.scene.options.positive(EDGE_SCALE, 1.0)?);
+        let input = self.materials.height(value, self.scene, self.strict, self.warnings)?;
+        Ok(input.map(|input| (input, edge_length)))
     }
 }
 

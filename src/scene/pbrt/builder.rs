@@ -11,6 +11,7 @@ use glam::{DMat4, DVec3};
 
 use super::directive::{Block, Directive, advice, did_you_mean};
 use super::lexer::{self, Token, TokenKind, shown};
+use super::older::{UPGRADE, is_older};
 use super::parameter::{self, Context};
 use super::reader::Reader;
 use super::state::{ATTRIBUTE_TARGETS, CurrentMaterial, GraphicsState, look_at};
@@ -18,7 +19,7 @@ use crate::math::spectrum::RgbColorSpace;
 use crate::math::transform::Animated;
 use crate::scene::{
     Entity, LightEntity, MaterialEntity, ObjectEntity, Param, ParamSet, SceneDescription, SceneError, SceneErrorKind,
-    Span, Warnings,
+    Span, Warnings, locate,
 };
 use crate::system::memory::available;
 
@@ -97,6 +98,8 @@ pub struct Builder<'a, 'b> {
     warnings: &'b mut Warnings,
     base: PathBuf,
     world: bool,
+    /// Whether something said that the file is of an older pbrt.
+    is_older: bool,
     state: GraphicsState,
     stack: Vec<Saved>,
     systems: HashMap<String, Animated>,
@@ -157,6 +160,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             warnings,
             base,
             world: false,
+            is_older: false,
             state: GraphicsState::default(),
             stack: Vec::new(),
             systems: HashMap::new(),
@@ -382,6 +386,10 @@ impl<'a, 'b> Builder<'a, 'b> {
             }
             D::TransformTimes => {
                 let times: [f64; 2] = self.numbers(false)?;
+                if times[0] >= times[1] {
+                    let message = "TransformTimes end before they have begun: nothing moves";
+                    self.warnings.add(Some(span), message);
+                }
                 self.header.times = Some(times);
                 Ok(())
             }
@@ -435,8 +443,20 @@ impl<'a, 'b> Builder<'a, 'b> {
 
     fn entity(&mut self, directive: &str, span: Span, defaults: Option<&str>) -> Result<Entity> {
         let (kind, _) = self.reader.expect_string("a type")?;
+        self.notice_age(directive, &kind, span);
         let params = self.params(format!("{directive} \"{kind}\""), span, defaults)?;
         Ok(Entity { kind, params })
+    }
+
+    /// Says of the first type that only pbrt-v3 has that the scene is of that version.
+    fn notice_age(&mut self, directive: &str, kind: &str, span: Span) {
+        if !self.is_older && is_older(directive, kind) {
+            self.is_older = true;
+            let message = format!(
+                "{directive} \"{kind}\" is of pbrt-v3: {UPGRADE}; what pbrt-v4 does not know is replaced or left out"
+            );
+            self.warnings.add(Some(span), message);
+        }
     }
 
     /// The entity of a directive that a file states once; says so if not.
@@ -531,8 +551,8 @@ impl<'a, 'b> Builder<'a, 'b> {
     fn include(&mut self, import: bool) -> Result<()> {
         let (name, at) = self.reader.expect_string("a file's name")?;
         // pbrt looks beside the main scene file; a file moved together with its includer is found too.
-        let beside_scene = self.base.join(&name);
-        let path = if beside_scene.exists() { beside_scene } else { self.reader.folder().join(&name) };
+        let beside_scene = locate(&self.base, &name);
+        let path = if beside_scene.exists() { beside_scene } else { locate(&self.reader.folder(), &name) };
         if import {
             self.push(Opened::Import, at)?;
         }

@@ -1,5 +1,7 @@
 //! The directives' names, where each may stand, and suggestions for misspelt ones.
 
+use super::older::UPGRADE;
+
 /// Where a directive may stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Block {
@@ -86,9 +88,9 @@ directives! {
 /// Advice for the unknown directive `word`.
 pub fn advice(word: &str) -> String {
     match word {
-        "WorldEnd" => "pbrt-v4 files have no WorldEnd: remove the line".into(),
+        "WorldEnd" => format!("pbrt-v4 files have no WorldEnd: remove the line; {UPGRADE}"),
         "SurfaceIntegrator" | "VolumeIntegrator" | "Renderer" | "Volume" | "Texture2" => {
-            "this is of an older pbrt version; pbrt-v4's own `pbrt --upgrade` converts such files".into()
+            format!("this is of pbrt-v2 or older; {UPGRADE}")
         }
         _ => did_you_mean(word, Directive::NAMES),
     }

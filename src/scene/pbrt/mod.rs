@@ -1,5 +1,6 @@
 //! pbrt-v4's text format: `load`. Source: the pbrt-v4 file format documentation. One idea a file: `file` (bytes and
-//! limits), `lexer` (tokens), `reader` (includes), `parameter` (typed lists), `directive` (names), `state`
+//! limits), `lexer` (tokens), `reader` (includes), `parameter` (typed lists), `directive` (names), `older` (what
+//! pbrt-v3 had), `state`
 //! (the graphics state), `builder` (what directives mean), `finish` (names looked up).
 
 pub(crate) mod builder;
@@ -7,6 +8,7 @@ pub(crate) mod directive;
 pub(crate) mod file;
 pub(crate) mod finish;
 pub(crate) mod lexer;
+pub(crate) mod older;
 pub(crate) mod parameter;
 pub(crate) mod reader;
 pub(crate) mod state;

@@ -2,10 +2,11 @@
 //! type.
 
 use super::lexer::{self, TokenKind, shown, unescape};
+use super::older::UPGRADE;
 use super::reader::{Reader, folder_of};
 use crate::math::Rgb;
 use crate::math::spectrum::{RgbColorSpace, Spectrum, named_spectrum_names};
-use crate::scene::{Param, ParamValue, SceneError, SceneErrorKind, Span, Warnings};
+use crate::scene::{Param, ParamValue, SceneError, SceneErrorKind, Span, Warnings, locate};
 
 /// The most parameters of one directive.
 const MOST_PARAMETERS: usize = 4096;
@@ -139,7 +140,7 @@ pub fn parse_one(reader: &mut Reader, declaration: &str, span: Span, context: &C
         "spectrum" => ParamValue::Spectrum(spectra(reader, span, context)?),
         "color" | "xyz" => {
             return wrong(span, format!("\"{type_name}\" is no parameter type of pbrt-v4"))
-                .map_err(|e: Box<SceneError>| e.help("give the colour as linear \"rgb\""));
+                .map_err(|e: Box<SceneError>| e.help(format!("give the colour as linear \"rgb\"; {UPGRADE}")));
         }
         _ => {
             let known = [
@@ -276,8 +277,8 @@ fn named_or_file(name: &str, at: Span, context: &Context, folder: &std::path::Pa
     if let Some(spectrum) = Spectrum::named(name) {
         return Ok(spectrum);
     }
-    let beside_scene = context.base.join(name);
-    let path = if beside_scene.exists() { beside_scene } else { folder.join(name) };
+    let beside_scene = locate(context.base, name);
+    let path = if beside_scene.exists() { beside_scene } else { locate(folder, name) };
     if !path.is_file() {
         return Err(SceneError::at(
             at,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{BY_NAME, Builder, Opened, PARAMETERS, Result, room_for_more, syntax};
 use crate::scene::pbrt::directive::did_you_mean;
 use crate::scene::pbrt::lexer::TokenKind;
+use crate::scene::pbrt::older::UPGRADE;
 use crate::scene::pbrt::state::CurrentMaterial;
 use crate::scene::{
     Entity, InstanceEntity, MaterialEntity, MaterialIndex, MediumEntity, MediumInterface, ObjectEntity, ParamSet,
@@ -19,6 +20,7 @@ impl Builder<'_, '_> {
         let (name, at) = self.reader.expect_string("a material's name")?;
         let params = self.params(format!("MakeNamedMaterial \"{name}\""), span, Some("material"))?;
         let kind = required_type(&params, at)?;
+        self.notice_age("Material", &kind, span);
         if self.material_names.insert(name.clone(), self.scene.materials.len() as u32).is_some() {
             return redefined(at, "material", &name);
         }
@@ -30,6 +32,7 @@ impl Builder<'_, '_> {
         let (name, at) = self.reader.expect_string("a medium's name")?;
         let params = self.params(format!("MakeNamedMedium \"{name}\""), span, Some("medium"))?;
         let kind = required_type(&params, at)?;
+        self.notice_age("MakeNamedMedium", &kind, span);
         if self.medium_names.insert(name.clone(), self.scene.media.len() as u32).is_some() {
             return redefined(at, "medium", &name);
         }
@@ -160,10 +163,13 @@ impl Builder<'_, '_> {
             _ => {
                 let what =
                     SceneErrorKind::Parameter(format!("a texture's type is float or spectrum, found \"{type_name}\""));
-                return Err(SceneError::at(type_at, what).help("older files say color: write spectrum"));
+                return Err(
+                    SceneError::at(type_at, what).help(format!("older files say color: write spectrum; {UPGRADE}"))
+                );
             }
         };
         let (kind, _) = self.reader.expect_string("a texture's class")?;
+        self.notice_age("Texture", &kind, span);
         let params = self.params(format!("Texture \"{name}\" \"{kind}\""), span, Some("texture"))?;
         for param in params.iter() {
             if let ParamValue::Texture(other) = &param.value

@@ -123,9 +123,15 @@ fn errors_have_their_place() {
 fn advice_helps() {
     for (main, advice) in [
         ("WorldBegin Shpae \"sphere\"", "did you mean Shape?"),
-        ("WorldBegin WorldEnd", "pbrt-v4 files have no WorldEnd: remove the line"),
+        (
+            "WorldBegin WorldEnd",
+            "pbrt-v4 files have no WorldEnd: remove the line; pbrt-v4's own `pbrt --upgrade old.pbrt > new.pbrt` converts files of pbrt-v3",
+        ),
         ("WorldBegin Shape \"a\" \"spectrum c\" \"metal-Au-et\"", "did you mean metal-Au-eta?"),
-        ("WorldBegin Shape \"a\" \"color c\" [1 1 1]", "give the colour as linear \"rgb\""),
+        (
+            "WorldBegin Shape \"a\" \"color c\" [1 1 1]",
+            "give the colour as linear \"rgb\"; pbrt-v4's own `pbrt --upgrade old.pbrt > new.pbrt` converts files of pbrt-v3",
+        ),
     ] {
         let error = text(main).load().0.unwrap_err();
         assert_eq!(error.help.as_deref(), Some(advice), "for {main}");
