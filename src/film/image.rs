@@ -18,6 +18,22 @@ pub const MAX_PIXELS: usize = 1 << 28;
 /// No decoder may allocate more than this many bytes: four 32-bit floats for each of [`MAX_PIXELS`].
 const MAX_BYTES: u64 = (MAX_PIXELS as u64) << 4;
 
+/// A file may hold this many values freely …
+const UNSUSPICIOUS: usize = 1 << 26;
+
+/// … and more if each of its bytes stands for no more than this many of them. Pictures take a value to a few bytes; those of one colour all over are what
+/// files made to fill the memory look like.
+const MOST_A_BYTE: usize = 256;
+
+/// Refuses what a few bytes blow up to.
+pub(super) fn check_expansion(values: usize, bytes: u64) -> Result<(), String> {
+    let allowed = MOST_A_BYTE.saturating_mul(usize::try_from(bytes).unwrap_or(usize::MAX)).max(UNSUSPICIOUS);
+    if values <= allowed {
+        return Ok(());
+    }
+    Err(format!("{values} values in a file of {bytes} bytes: refused as it looks made to fill the memory"))
+}
+
 /// How stored values become linear ones.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Encoding {
@@ -107,22 +123,27 @@ pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, ImageError> 
 /// [`read_image`] of a file that is already in memory; `path` is for messages and for telling TGA.
 pub fn read_image_bytes(path: &Path, bytes: Vec<u8>, encoding: Encoding) -> Result<Image, ImageError> {
     let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
-    let (mut image, is_float) = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        (from_exr(path, &bytes)?, true)
+    let (mut image, stored) = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        (from_exr(path, &bytes)?, Stored::Floats)
     } else if bytes.starts_with(b"PF") || bytes.starts_with(b"Pf") {
-        (super::pfm::read_pfm(&bytes).map_err(|reason| fail(&reason))?, true)
+        (super::pfm::read_pfm(&bytes).map_err(|reason| fail(&reason))?, Stored::Floats)
     } else {
         decode(path, bytes)?
     };
     let encoding = match encoding {
-        Encoding::Auto if is_float => Encoding::Linear,
+        Encoding::Auto if stored == Stored::Floats => Encoding::Linear,
         encoding => encoding,
     };
     if encoding != Encoding::Linear {
+        // Of bytes there are 256.
+        let table: [f32; 256] = std::array::from_fn(|byte| encoding.to_linear(from_byte(byte as u8)));
         let channels = image.channels;
         for (i, value) in image.pixels.iter_mut().enumerate() {
             if channels < 4 || i % 4 != 3 {
-                *value = encoding.to_linear(*value);
+                *value = match stored {
+                    Stored::Bytes => table[usize::from(to_byte(*value))],
+                    _ => encoding.to_linear(*value),
+                };
             }
         }
     }
@@ -147,12 +168,26 @@ fn from_exr(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
     Ok(Image { width, height, channels: planes.len(), pixels })
 }
 
-/// Everything that the crate `image` reads; also says whether the file held floats.
-fn decode(path: &Path, bytes: Vec<u8>) -> Result<(Image, bool), ImageError> {
+/// What a file's values are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stored {
+    Bytes,
+    Words,
+    Floats,
+}
+
+/// A byte as a value in 0..=1.
+fn from_byte(byte: u8) -> f32 {
+    f32::from(byte) / 255.0
+}
+
+/// Everything that the crate `image` reads; also says what the file held.
+fn decode(path: &Path, bytes: Vec<u8>) -> Result<(Image, Stored), ImageError> {
     let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
     if bytes.starts_with(&[0xff, 0xd8]) && is_cut_short(&bytes) {
         return Err(fail(&"the JPEG file is cut short"));
     }
+    let length = bytes.len() as u64;
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| fail(&e))?;
     if reader.format().is_none() {
         let is_tga = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
@@ -171,16 +206,23 @@ fn decode(path: &Path, bytes: Vec<u8>) -> Result<(Image, bool), ImageError> {
     if pixels == 0 || pixels > MAX_PIXELS {
         return Err(fail(&format!("{width} × {height} pixels; from 1 to {MAX_PIXELS} are read")));
     }
+    let channels = usize::from(decoder.color_type().channel_count());
+    check_expansion(pixels * channels, length).map_err(|e| fail(&e))?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(|e| fail(&e))?;
-    let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let colour = decoded.color();
-    let (channels, pixels) = match (colour.has_color(), colour.has_alpha()) {
-        // Through RGB, because the crate turns colours into luminance but greys into exact greys.
-        (false, false) => (1, decoded.into_rgb32f().into_raw().chunks_exact(3).map(|p| p[0]).collect()),
-        (true, false) => (3, decoded.into_rgb32f().into_raw()),
-        (_, true) => (4, decoded.into_rgba32f().into_raw()),
+    let stored = match colour.bytes_per_pixel() / colour.channel_count() {
+        1 => Stored::Bytes,
+        2 => Stored::Words,
+        _ => Stored::Floats,
     };
-    Ok((Image { width: width as usize, height: height as usize, channels, pixels }, is_float))
+    let (channels, pixels) = match (colour.has_color(), colour.has_alpha(), decoded) {
+        // The crate would go through three channels.
+        (_, _, DynamicImage::ImageLuma8(grey)) => (1, grey.into_raw().into_iter().map(from_byte).collect()),
+        (false, false, grey) => (1, grey.into_rgb32f().into_raw().chunks_exact(3).map(|p| p[0]).collect()),
+        (true, false, colours) => (3, colours.into_rgb32f().into_raw()),
+        (_, true, colours) => (4, colours.into_rgba32f().into_raw()),
+    };
+    Ok((Image { width: width as usize, height: height as usize, channels, pixels }, stored))
 }
 
 /// Whether a JPEG lacks its end-of-image marker after its last start-of-scan marker: the decoder would fill up with grey.

@@ -4,6 +4,7 @@
 pub mod description;
 pub mod error;
 pub mod lint;
+pub mod name;
 pub mod params;
 pub mod pbrt;
 pub mod ply;
@@ -11,6 +12,7 @@ pub mod source;
 
 pub use description::*;
 pub use error::{SceneError, SceneErrorKind, Warning, Warnings};
+pub use name::{Name, Names};
 pub use params::{Param, ParamSet, ParamValue, TextureOr};
 pub(crate) use pbrt::finish::undefined;
 pub use pbrt::load;

@@ -14,6 +14,8 @@ mod bench_lean;
 mod bench_regression;
 mod command_line;
 mod damaged_files;
+mod monsters;
+mod monstrous_volumes;
 mod replay;
 mod scenes;
 mod stability;

@@ -1,7 +1,13 @@
 //! What bad input must come to, and whether a run came to that: refused with exit code 3 and a message that names the file and the place, or
-//! rendered; no panic, no hang, no more than 2 s of processor time or 4 GiB, and no file left behind by a refused scene.
+//! rendered; no panic, no hang, no more than 2 s of processor time, 1 GiB in memory or 4 GiB of addresses, and no file left behind by a refused scene.
 
-use super::{Folder, HEAD};
+use std::fmt;
+use std::time::Duration;
+
+use super::{Folder, HEAD, Run};
+
+/// The most that a run may have in memory, in bytes.
+const MOST_MEMORY: u64 = 1 << 30;
 
 /// What a scene must come to.
 #[derive(Clone, Copy, Debug)]
@@ -23,28 +29,71 @@ pub use Fate::*;
 
 /// What went wrong in the cases of one test: all of them are told at its end.
 #[derive(Default)]
-pub struct Faults(Vec<String>);
+pub struct Faults {
+    list: Vec<String>,
+    tally: Tally,
+}
 
 impl Drop for Faults {
     fn drop(&mut self) {
-        assert!(std::thread::panicking() || self.0.is_empty(), "{} cases:\n{}", self.0.len(), self.0.join("\n----\n"));
+        let list = &self.list;
+        assert!(std::thread::panicking() || list.is_empty(), "{} cases:\n{}", list.len(), list.join("\n----\n"));
+    }
+}
+
+/// What became of many runs.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    runs: usize,
+    refused: usize,
+    crashed: usize,
+    hung: usize,
+    /// Of processor time.
+    slowest: Duration,
+    /// Bytes.
+    largest: u64,
+}
+
+impl Tally {
+    fn add(&mut self, run: &Run) {
+        self.runs += 1;
+        self.refused += usize::from(matches!(run.code, Some(3 | 4)));
+        self.crashed += usize::from(!matches!(run.code, Some(0 | 3 | 4)) && !run.hung);
+        self.hung += usize::from(run.hung);
+        self.slowest = self.slowest.max(run.cpu);
+        self.largest = self.largest.max(run.memory);
+    }
+}
+
+/// As a row of a table: runs, refused, crashed, hung, the slowest, the largest.
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { runs, refused, crashed, hung, slowest, largest } = self;
+        let (seconds, mebibytes) = (slowest.as_secs_f64(), largest >> 20);
+        write!(f, "{runs:4} runs, {refused:4} refused, {crashed} crashed, {hung} hung, {seconds:.2} s, {mebibytes} MiB")
     }
 }
 
 impl Faults {
     /// Renders `scene.pbrt` of the folder and checks what must hold of every run.
     pub fn render(&mut self, folder: &Folder, what: &str, fate: Fate) {
-        if let Err(fault) = render(folder, fate) {
-            self.0.push(format!("{what}: {fault}"));
+        if let Err(fault) = render(folder, fate, &mut self.tally) {
+            self.list.push(format!("{what}: {fault}"));
         }
+    }
+
+    /// What became of the runs so far; a new tally begins.
+    pub fn tally(&mut self) -> Tally {
+        std::mem::take(&mut self.tally)
     }
 }
 
-fn render(folder: &Folder, fate: Fate) -> Result<(), String> {
+fn render(folder: &Folder, fate: Fate, tally: &mut Tally) -> Result<(), String> {
     let before = folder.listing();
     let arguments =
         ["render", "scene.pbrt", "-o", "out.exr", "--stats", "out.json", "--png", "out.png", "--threads", "1"];
     let run = folder.start_within(&arguments, 4 << 20, 2).end();
+    tally.add(&run);
     let mut after = folder.listing();
     let flat = run.err.split_whitespace().collect::<Vec<_>>().join(" ");
     let check = |holds: bool, what: &str| match holds {
@@ -52,6 +101,8 @@ fn render(folder: &Folder, fate: Fate) -> Result<(), String> {
         false => Err(format!("{what}; it ended with {:?} and\n{}", run.code, run.err)),
     };
     check(!run.err.contains("panicked"), "it panicked")?;
+    check(!run.hung, "it hung")?;
+    check(run.memory <= MOST_MEMORY, &format!("it had {} MiB in memory", run.memory >> 20))?;
     let mut written = 0;
     for file in ["out.exr", "out.json", "out.png"] {
         written += i32::from(after.remove(file).is_some());

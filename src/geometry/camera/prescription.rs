@@ -14,7 +14,7 @@ const MAX_BYTES: u64 = 1 << 20;
 
 /// A lens as far as rays close to its axis go.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Prescription {
+pub(crate) struct Prescription {
     /// Focal length in millimetres.
     pub focal_length: f32,
     /// Height at which a ray parallel to the axis has to enter to pass the stop at the height 1.
@@ -35,7 +35,8 @@ impl Prescription {
         Self::parse(&text).map_err(fail)
     }
 
-    fn parse(text: &str) -> Result<Self, String> {
+    /// That of the text of a file.
+    pub fn parse(text: &str) -> Result<Self, String> {
         let words = text.lines().flat_map(|line| line.split('#').next().unwrap_or("").split_whitespace());
         let numbers = words
             .map(|word| {
