@@ -23,7 +23,8 @@ for target in "${targets[@]}"; do bins+=(--bin "$target"); done
 RUSTFLAGS="$flags" cargo build --quiet --release --manifest-path fuzz/Cargo.toml --target "$host" --target-dir "$out" "${bins[@]}"
 
 mkdir -p "$out/found" "$out/logs"
-scratch=$(mktemp -d)
+# In memory, where there is such a place: whole scenes are written and read thousands of times a second.
+scratch=$(mktemp -d -p /dev/shm 2>/dev/null || mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 fuzz() {

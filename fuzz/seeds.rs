@@ -9,8 +9,8 @@ use std::io::{Cursor, Write};
 use std::path::Path;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder, Vec2,
-    WritableImage, f16,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    Vec2, WritableImage, f16,
 };
 use image::codecs::hdr::HdrEncoder;
 use image::codecs::jpeg::JpegEncoder;
@@ -50,10 +50,22 @@ Shape "trianglemesh" "point3 P" [-5 -1 -5 5 -1 -5 5 -1 5] "integer indices" [0 1
 
 fn scenes() {
     put("pbrt", "scene", format!("{SCENE}\0\0\x00400 1 700 2\n"));
-    put("pbrt", "included", "Film \"rgb\"\nInclude \"a\" Import \"b\"\0WorldBegin Include \"b\"\0# more\nShape \"sphere\"");
+    put(
+        "pbrt",
+        "included",
+        "Film \"rgb\"\nInclude \"a\" Import \"b\"\0WorldBegin Include \"b\"\0# more\nShape \"sphere\"",
+    );
     put("pbrt", "circle", "Include \"a\"\0Include \"b\"\0Include \"a\"");
-    put("pbrt", "spectra", "WorldBegin LightSource \"distant\" \"spectrum L\" [\"s\" \"stdillum-D65\"]\0\0\x00400 1\n500,2 # x\n");
-    put("pbrt", "strings", "Option \"string msereferenceimage\" \"a\\n\\\"b\\\\\"\nTransform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1]\nWorldBegin");
+    put(
+        "pbrt",
+        "spectra",
+        "WorldBegin LightSource \"distant\" \"spectrum L\" [\"s\" \"stdillum-D65\"]\0\0\x00400 1\n500,2 # x\n",
+    );
+    put(
+        "pbrt",
+        "strings",
+        "Option \"string msereferenceimage\" \"a\\n\\\"b\\\\\"\nTransform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1]\nWorldBegin",
+    );
     put("pbrt", "packed.gz", packed(b"WorldBegin\nShape \"sphere\" \"float radius\" [ 2.5e0 ]\n"));
 }
 
@@ -151,9 +163,17 @@ fn layers() {
 fn lamps_lenses_and_spectra() {
     let c = "IESNA:LM-63-2002\n[TEST] none\nTILT=NONE\n1 1000 1 5 2 1 2 0 0 0\n1 1 50\n0 30 60 90 180\n0 90\n100 80 40 10 0\n100 70 30 10 0\n";
     put("ies", "c", c);
-    put("ies", "b-tilted", "IESNA91\nTILT=INCLUDE\n1\n3\n0 45 90\n1 .8 .5\n1 -1 2 3 3 2 1 .1 .1 0 1 1 50\n-90 0 90\n-90 0 90\n1 2 3 4 5 6 7 8 9\n");
+    put(
+        "ies",
+        "b-tilted",
+        "IESNA91\nTILT=INCLUDE\n1\n3\n0 45 90\n1 .8 .5\n1 -1 2 3 3 2 1 .1 .1 0 1 1 50\n-90 0 90\n-90 0 90\n1 2 3 4 5 6 7 8 9\n",
+    );
     put("ies", "a-beside", "TILT=tilt.txt\n1,1000,1,2,2,3,1,0,0,0,1,1,50\n0 90\n0 45\n1 2\n3 4\n\x001 2\n0 90\n1 .5\n");
-    put("ies", "ring", "IES:LM-63-2019\nTILT=NONE\n1 -1 1 2 5 1 1 0 0 0 1 1 1\n0 180\n0 90 180 270 360\n1 2 3 4 5 6 7 8 9 10\n");
+    put(
+        "ies",
+        "ring",
+        "IES:LM-63-2019\nTILT=NONE\n1 -1 1 2 5 1 1 0 0 0 1 1 1\n0 180\n0 90 180 270 360\n1 2 3 4 5 6 7 8 9 10\n",
+    );
     put("text", "lens", "# a lens\n100 10 1.5 20\n-100 5 1 20\n0 80 0 8\n");
     put("text", "spectrum", "400 1.5\n500,2e0 # green\n\t700 -0\r\n");
 }

@@ -32,7 +32,9 @@ fuzz_target!(|data: &[u8]| {
         Err(error) => {
             // The excerpt that people are shown.
             let shown = error.span.map(|span| sources.line(span.file, span.line).len());
-            assert!(!error.one_line(&sources).is_empty() && shown.is_none_or(|length| length <= data.len().max(1 << 20)));
+            assert!(
+                !error.one_line(&sources).is_empty() && shown.is_none_or(|length| length <= data.len().max(1 << 20))
+            );
         }
     }
 });

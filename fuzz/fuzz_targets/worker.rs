@@ -47,11 +47,8 @@ fuzz_target!(|data: &[u8]| {
             GridValues::Absent => continue,
         };
         let origins = grid.leaf_origins.iter().map(|&origin| IVec3::from_array(origin)).collect();
-        let tiles = grid.tiles.iter().map(|t| TileOf {
-            origin: IVec3::from_array(t.origin),
-            edge: t.size,
-            value: t.value[0],
-        });
+        let tiles =
+            grid.tiles.iter().map(|t| TileOf { origin: IVec3::from_array(t.origin), edge: t.size, value: t.value[0] });
         let voxels = SparseGrid::new(grid.header.background[0], origins, values, tiles.collect());
         let (matrix, frustum) = match grid.header.map {
             GridMap::Affine(matrix) => (matrix, None),

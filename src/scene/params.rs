@@ -101,7 +101,10 @@ pub struct ParamSet {
 impl ParamSet {
     /// A list of parameters of `owner`, which stands at `span`.
     pub fn new(owner: impl Into<Name>, span: Span, params: Vec<Param>) -> Self {
-        Self { owner: owner.into(), span, params: params.into_iter().map(Arc::new).collect() }
+        // Collected in place, the list would keep the room of all that it points to now.
+        let mut shared = Vec::with_capacity(params.len());
+        shared.extend(params.into_iter().map(Arc::new));
+        Self { owner: owner.into(), span, params: shared }
     }
 
     /// Adds those of `defaults` (of `Attribute`) that are not given; the values stay shared.

@@ -77,7 +77,12 @@ impl fmt::Display for Tally {
 impl Faults {
     /// Renders `scene.pbrt` of the folder and checks what must hold of every run.
     pub fn render(&mut self, folder: &Folder, what: &str, fate: Fate) {
-        if let Err(fault) = render(folder, fate, &mut self.tally) {
+        self.render_within(folder, what, fate, 2);
+    }
+
+    /// The same with its own limit of processor time, in seconds.
+    pub fn render_within(&mut self, folder: &Folder, what: &str, fate: Fate, seconds: u32) {
+        if let Err(fault) = render(folder, fate, seconds, &mut self.tally) {
             self.list.push(format!("{what}: {fault}"));
         }
     }
@@ -88,11 +93,11 @@ impl Faults {
     }
 }
 
-fn render(folder: &Folder, fate: Fate, tally: &mut Tally) -> Result<(), String> {
+fn render(folder: &Folder, fate: Fate, seconds: u32, tally: &mut Tally) -> Result<(), String> {
     let before = folder.listing();
     let arguments =
         ["render", "scene.pbrt", "-o", "out.exr", "--stats", "out.json", "--png", "out.png", "--threads", "1"];
-    let run = folder.start_within(&arguments, 4 << 20, 2).end();
+    let run = folder.start_within(&arguments, 4 << 20, seconds).end();
     tally.add(&run);
     let mut after = folder.listing();
     let flat = run.err.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -101,19 +106,20 @@ fn render(folder: &Folder, fate: Fate, tally: &mut Tally) -> Result<(), String> 
         false => Err(format!("{what}; it ended with {:?} and\n{}", run.code, run.err)),
     };
     check(!run.err.contains("panicked"), "it panicked")?;
-    check(!run.hung, "it hung")?;
-    check(run.memory <= MOST_MEMORY, &format!("it had {} MiB in memory", run.memory >> 20))?;
     let mut written = 0;
     for file in ["out.exr", "out.json", "out.png"] {
         written += i32::from(after.remove(file).is_some());
         let _ = std::fs::remove_file(folder.path(file));
     }
+    check(!run.hung, "it hung")?;
+    check(run.memory <= MOST_MEMORY, &format!("it had {} MiB in memory", run.memory >> 20))?;
     check(matches!(run.code, Some(0 | 3 | 4)), "neither done nor refused")?;
     check(written == if run.code == Some(0) { 3 } else { 0 }, "output is missing or left behind")?;
     check(before == after, "files were left behind")?;
     check(run.code == Some(0) || run.err.contains("error: "), "no message")?;
     // A place: scene.pbrt:4:1, or the file that is at fault.
-    let placed = flat.contains("scene.pbrt:") || flat.contains("junk:") || flat.contains("cannot read");
+    let placed =
+        flat.contains("scene.pbrt:") || flat.contains("--> ") || flat.contains("junk:") || flat.contains("cannot read");
     let (code, needle) = match fate {
         Refused(needle) => (Some(3), needle),
         Limit(needle) => (Some(4), needle),

@@ -1,4 +1,5 @@
-//! What a medium makes of a grid that came from a file.
+//! What a medium makes of a grid that came from a file. It emits by the grid as well, unless that has large tiles: those take as long to survey as
+//! they do in a render.
 
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use lanternfish::medium::grid::map::{Frustum, IndexMap};
 use lanternfish::medium::grid::sparse::SparseGrid;
 use lanternfish::medium::grid::{GridMedium, GridMediumParts};
 
-/// Builds a medium of the grid, which it emits by as well, and looks voxels up.
+/// Builds a medium of the grid and looks voxels up.
 pub fn build(voxels: Arc<SparseGrid<f32>>, world_from_index: DAffine3, frustum: Option<Frustum>) {
     let (low, high) = voxels.bounds().unwrap_or_default();
     for ijk in [low, high, IVec3::MIN, IVec3::MAX, IVec3::ZERO, low.saturating_sub(IVec3::ONE)] {
@@ -18,6 +19,7 @@ pub fn build(voxels: Arc<SparseGrid<f32>>, world_from_index: DAffine3, frustum: 
         assert!(voxels.sample(ijk.as_dvec3() + 0.5) >= 0.0);
     }
     let Some(map) = IndexMap::new(world_from_index, frustum) else { return };
+    let is_small = voxels.tiles().iter().all(|tile| tile.edge == 8);
     let density = Field { grid: ScalarGrid::Single(voxels), map, scale: 1.0, offset: 0.0 };
     let glow = Field { grid: AnyGrid::Scalar(density.grid.clone()), map, scale: 1.0, offset: 0.0 };
     let medium = GridMedium::new(GridMediumParts {
@@ -28,7 +30,11 @@ pub fn build(voxels: Arc<SparseGrid<f32>>, world_from_index: DAffine3, frustum: 
         sigma_a: Rgb::WHITE,
         sigma_s: Rgb::WHITE,
         scale: 1.0,
-        emission: Some(Emission { radiance: Rgb::WHITE, shape: EmissionShape::Grid(glow), direct: false }),
+        emission: is_small.then_some(Emission {
+            radiance: Rgb::WHITE,
+            shape: EmissionShape::Grid(glow),
+            direct: false,
+        }),
         g: 0.0,
         motion: None,
         clip: None,

@@ -16,6 +16,8 @@ const UNIFORM: u32 = 1 << 31;
 const ROOT_SHIFT: u32 = 12;
 /// The sizes (log2) at which a scattered grid knows what is empty, coarsest first.
 const EMPTY_SHIFTS: [u32; 4] = [27, 22, 17, 12];
+/// Up to so many tiles of 128 raise just the cells around them, more the blocks.
+const FEW_TILES: usize = 1 << 12;
 /// Up to so many tiles of 4096 raise just the blocks around them …
 const FEW_ROOTS: usize = 64;
 /// … and a box that touches up to so many blocks, or cells of 4096, just those: a file of a few bytes may have more of either than memory holds. Beyond
@@ -97,6 +99,13 @@ impl MajorantsBuilder {
     fn raise_block(&mut self, block: IVec3, bound: f32) {
         let (floor, _) = self.blocks.entry(block).or_insert((self.background, None));
         *floor = floor.max(bound);
+    }
+
+    fn raise_blocks_around(&mut self, block: IVec3, bound: f32) {
+        for direction in 0..27 {
+            let step = IVec3::new(direction / 9, direction / 3 % 3, direction % 3) - 1;
+            self.raise_block(block.wrapping_add(step), bound);
+        }
     }
 
     /// Raises every cell that the box `low..=high` of voxels touches or reaches.
@@ -202,12 +211,18 @@ impl MajorantsBuilder {
             self.add_leaf(origin, leaf, &bound);
         }
         let mut tiles = Vec::new();
+        let coarse = grid.tiles().iter().filter(|tile| tile.edge == 128).count() > FEW_TILES;
         for tile in grid.tiles() {
             let m = bound(V::maximum(tile.value));
             if m <= self.background {
                 continue;
             }
             let high = tile.origin.saturating_add(IVec3::splat(tile.edge - 1));
+            if tile.edge == 128 && coarse {
+                self.include(tile.origin, high);
+                self.raise_blocks_around(block_of(tile.origin), m);
+                continue;
+            }
             if tile.edge < 4096 {
                 self.raise_box(tile.origin, high, m);
                 continue;

@@ -334,3 +334,16 @@ fn emission_is_gathered_where_its_voxels_are_huge() {
         check_gathering(&medium, centre, 0.04, 3000, 14);
     }
 }
+
+/// And around a great many tiles of 128 whole blocks.
+#[test]
+fn bounds_hold_around_many_smaller_tiles() {
+    let place = |i: i32| IVec3::new(i / 324, i / 18 % 18, i % 18) - 9;
+    let tile = |i: i32| TileOf { origin: place(i) * 128, edge: 128, value: 0.2 + 0.1 * (i % 7) as f32 };
+    let map = affine(1e-2, DVec3::new(0.3, 0.0, -0.2));
+    let grid = SparseGrid::new(0.0, vec![IVec3::splat(9 * 128)], vec![1.0; 512], (0..5832).map(tile).collect());
+    let medium = GridMedium::new(parts(grid, map));
+    assert!(medium.memory() < 4 << 20, "{}", medium.memory());
+    let (points, dense) = check_rays(&medium, Vec3::ZERO, 12.0, 5000, 32);
+    assert!(dense * 20 > points, "{dense} of {points} points met something");
+}
