@@ -1,5 +1,5 @@
-//! What a medium makes of a grid that came from a file. It emits by the grid as well, unless that has large tiles: those take as long to survey as
-//! they do in a render.
+//! What a medium makes of a grid that came from a file. It emits by the grid as well, if that is small: others take as long to survey as they do in a
+//! render.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub fn build(voxels: Arc<SparseGrid<f32>>, world_from_index: DAffine3, frustum: 
         assert!(voxels.sample(ijk.as_dvec3() + 0.5) >= 0.0);
     }
     let Some(map) = IndexMap::new(world_from_index, frustum) else { return };
-    let is_small = voxels.tiles().iter().all(|tile| tile.edge == 8);
+    let is_small = voxels.tiles().iter().all(|tile| tile.edge == 8) && voxels.leaves().count() <= 2;
     let density = Field { grid: ScalarGrid::Single(voxels), map, scale: 1.0, offset: 0.0 };
     let glow = Field { grid: AnyGrid::Scalar(density.grid.clone()), map, scale: 1.0, offset: 0.0 };
     let medium = GridMedium::new(GridMediumParts {
