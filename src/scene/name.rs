@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn equal_names_are_one() {
         let mut names = Names::default();
-        let (a, b, c) = (names.get("radius"), names.get(&"radius".to_owned()), names.get("height"));
+        let (a, b, c) = (names.get("radius"), names.get("radius"), names.get("height"));
         assert!(Arc::ptr_eq(&a.0, &b.0));
         assert!(a == b && a != c && a == "radius" && c.starts_with("he"));
         assert_eq!(format!("{a} {c:?}"), "radius \"height\"");

@@ -392,7 +392,7 @@ fn info_of_a_nanovdb_file() {
         (&"density".into(), &"fp8".into(), &"fog volume".into())
     );
     assert_eq!(grid["active_voxels"], 7153);
-    assert_eq!(grid["bounds"], serde_json::json!([[-7, -15, -6], [17, 9, 18]]));
+    assert_eq!(grid["bounds"], serde_json::json!([[-9, -19, -12], [15, 5, 12]]));
     assert_eq!((&grid["voxel_size"][1], &grid["range"][1], &grid["loads"]), (&0.5.into(), &1.0.into(), &true.into()));
     let three = folder.run(&["info", "three.NVDB"]).code(0).out;
     for part in ["density[0]", "shell[0]", "temperature[0]", "level set, converted", "values 0 to 1, 0 bad"] {
