@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::{Folder, HEAD, Run};
 
-/// The most that a run may have in memory, in bytes.
+/// What a run may have in memory, in bytes, where nothing else is said.
 const MOST_MEMORY: u64 = 1 << 30;
 
 /// What a scene must come to.
@@ -28,10 +28,17 @@ pub enum Fate {
 pub use Fate::*;
 
 /// What went wrong in the cases of one test: all of them are told at its end.
-#[derive(Default)]
 pub struct Faults {
     list: Vec<String>,
     tally: Tally,
+    /// The most that a run may have in memory, in bytes.
+    pub memory: u64,
+}
+
+impl Default for Faults {
+    fn default() -> Self {
+        Self { list: vec![], tally: Tally::default(), memory: MOST_MEMORY }
+    }
 }
 
 impl Drop for Faults {
@@ -82,7 +89,7 @@ impl Faults {
 
     /// The same with its own limit of processor time, in seconds.
     pub fn render_within(&mut self, folder: &Folder, what: &str, fate: Fate, seconds: u32) {
-        if let Err(fault) = render(folder, fate, seconds, &mut self.tally) {
+        if let Err(fault) = render(folder, fate, seconds, self.memory, &mut self.tally) {
             self.list.push(format!("{what}: {fault}"));
         }
     }
@@ -93,7 +100,7 @@ impl Faults {
     }
 }
 
-fn render(folder: &Folder, fate: Fate, seconds: u32, tally: &mut Tally) -> Result<(), String> {
+fn render(folder: &Folder, fate: Fate, seconds: u32, memory: u64, tally: &mut Tally) -> Result<(), String> {
     let before = folder.listing();
     let arguments =
         ["render", "scene.pbrt", "-o", "out.exr", "--stats", "out.json", "--png", "out.png", "--threads", "1"];
@@ -112,7 +119,7 @@ fn render(folder: &Folder, fate: Fate, seconds: u32, tally: &mut Tally) -> Resul
         let _ = std::fs::remove_file(folder.path(file));
     }
     check(!run.hung, "it hung")?;
-    check(run.memory <= MOST_MEMORY, &format!("it had {} MiB in memory", run.memory >> 20))?;
+    check(run.memory <= memory, &format!("it had {} MiB in memory", run.memory >> 20))?;
     check(matches!(run.code, Some(0 | 3 | 4)), "neither done nor refused")?;
     check(written == if run.code == Some(0) { 3 } else { 0 }, "output is missing or left behind")?;
     check(before == after, "files were left behind")?;
