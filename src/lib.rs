@@ -10,6 +10,8 @@ pub mod bench;
 pub mod cache_points;
 pub mod cli;
 pub mod film;
+#[doc(hidden)]
+pub mod fuzzing;
 pub mod gallery;
 pub mod geometry;
 pub mod integrator;

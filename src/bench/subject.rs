@@ -11,7 +11,7 @@ use super::lean::Facts;
 use super::settings::{Entry, Origin, Settings};
 use crate::film::{FilmOverrides, PixelBounds};
 use crate::gallery::{self, GalleryScene};
-use crate::render::{Job, RenderSettings, load};
+use crate::render::{Job, RenderSettings, inputs, load};
 use crate::scene::{Sources, Warnings};
 use crate::system::output::OutputError;
 
@@ -50,9 +50,9 @@ impl<'a> Subject<'a> {
         let wanted = RenderSettings { plan_only: true, film, ..RenderSettings::default() };
         let loaded = load(&file, &mut sources, &mut warnings).and_then(|(scene, timings)| {
             let job = Job::prepare(&scene, &wanted, timings, &mut warnings)?;
-            Ok((job, scene.named_files().collect::<Vec<_>>()))
+            Ok((job, inputs(&scene, &sources)))
         });
-        let (job, named) = match loaded {
+        let (job, files) = match loaded {
             Ok(loaded) => loaded,
             Err(error) => return Err(BenchError::Scene { error: Box::new(error), sources: Box::new(sources) }),
         };
@@ -63,7 +63,7 @@ impl<'a> Subject<'a> {
             lights: job.world.lights.len(),
             bounds: job.film.bounds,
             display: PixelBounds::full(width, height),
-            content: content(sources.paths().map(Path::to_owned).chain(named)),
+            content: content(files),
             facts: Facts::of(&job),
             warnings: warnings.list().len(),
         })
@@ -85,8 +85,7 @@ fn written(folder: &Path, name: &str, lights: u32) -> Result<PathBuf, BenchError
 }
 
 /// A hash of the names and bytes of files. What cannot be read counts as empty: loading has judged it.
-fn content(files: impl Iterator<Item = PathBuf>) -> u64 {
-    let mut files: Vec<PathBuf> = files.collect();
+fn content(mut files: Vec<PathBuf>) -> u64 {
     files.sort();
     files.dedup();
     let mut hasher = DefaultHasher::new();

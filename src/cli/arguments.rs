@@ -32,7 +32,7 @@ pub struct Arguments {
 pub enum Command {
     /// Render a pbrt-v4 scene to OpenEXR.
     Render(RenderArguments),
-    /// Say what is in a scene, a .vdb or an .exr file; for a scene also what a render of it would build.
+    /// Say what is in a scene, a .vdb, a .nvdb or an .exr file; for a scene also what a render of it would build.
     Info(InfoArguments),
     /// Compare two OpenEXR images of the same size and crop.
     Compare(CompareArguments),
@@ -156,7 +156,7 @@ pub struct RenderArguments {
 /// `lanternfish info`.
 #[derive(Args, Debug)]
 pub struct InfoArguments {
-    /// A scene, a .vdb or an .exr file.
+    /// A scene, a .vdb, a .nvdb or an .exr file.
     pub file: PathBuf,
     /// Of a scene: look for everything that is unused, missing or suspicious as well, and end with 3 if anything is.
     #[arg(long)]

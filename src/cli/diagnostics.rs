@@ -83,7 +83,8 @@ pub fn print_warnings(warnings: &Warnings, sources: &Sources) {
         let _ = writeln!(stderr, "{line}");
     }
     if lines.len() > MAX_WARNINGS {
-        let _ = writeln!(stderr, "warning: and {} more (--stats and info --json list all)", lines.len() - MAX_WARNINGS);
+        let _ =
+            writeln!(stderr, "warning: and {} more (--stats and info --json list them)", lines.len() - MAX_WARNINGS);
     }
 }
 

@@ -20,7 +20,7 @@ pub fn run(arguments: &InfoArguments) -> ExitStatus {
     let path = arguments.file.as_path();
     match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("exr") => run_info_exr(path, arguments.json),
-        Some("vdb") => super::vdb::run_info_vdb(path, arguments.json),
+        Some("vdb" | "nvdb") => super::vdb::run_info_vdb(path, arguments.json),
         _ => {
             let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
             let result = scene(path, arguments, &mut sources, &mut warnings);

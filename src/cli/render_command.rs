@@ -19,7 +19,7 @@ use crate::integrator::path::MOST_BOUNCES;
 use crate::material::mip_map::cache::TileCacheStatistics;
 use crate::medium::regions::MAX_OVERLAP;
 use crate::render::stats::Statistics;
-use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, load};
+use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load};
 use crate::report::cache_points::{write_picture, write_ply};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
 use crate::system::clock::cpu_seconds;
@@ -88,12 +88,12 @@ fn render(
     let (job, outcome, seed, output, cpu_seconds_rendering) = pool.install(|| {
         let prepared = load(path, sources, warnings).and_then(|(scene, timings)| {
             let job = Job::prepare(&scene, settings, timings, warnings)?;
-            Ok((job, scene.named_files().collect::<Vec<_>>()))
+            Ok((job, inputs(&scene, sources)))
         });
         if !settings.quiet {
             print_warnings(warnings, sources);
         }
-        let (mut job, named) = prepared?;
+        let (mut job, inputs) = prepared?;
         if let Some(cache) = job.world.light_choice.cache_points().filter(|_| !settings.quiet) {
             let statistics = cache.statistics();
             let (points, seconds) = (statistics.points, statistics.seconds.total());
@@ -103,7 +103,7 @@ fn render(
         let png = settings.png_path(&output);
         let images = [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()];
         let outputs: Vec<&Path> = images.into_iter().flatten().chain(debug.iter().map(PathBuf::as_path)).collect();
-        refuse_overlap(&outputs, sources.paths().map(Path::to_owned).chain(named))?;
+        refuse_overlap(&outputs, inputs.into_iter())?;
         for file in outputs {
             check_writable(file)?;
         }

@@ -16,6 +16,7 @@ use exr::prelude::{
 
 use super::PixelBounds;
 use super::image::{ImageError, MAX_PIXELS};
+use super::stored_image::check_expansion;
 use crate::system::input::open_regular;
 use crate::system::memory::available;
 use crate::system::output::{OutputError, write_atomically};
@@ -110,16 +111,16 @@ fn untext(value: &Text) -> String {
 /// Reads all flat channels of an OpenEXR file as floats. Channels of the second and further parts get the part's name in
 /// front; parts with another data window than the first and subsampled channels are left out.
 pub fn read_exr_layers(path: &Path) -> Result<ChannelImage, ImageError> {
-    let (file, _) = open_regular(path).map_err(|e| refuse(path, e.to_string()))?;
-    read_exr_from(path, BufReader::new(file))
+    let (file, length) = open_regular(path).map_err(|e| refuse(path, e.to_string()))?;
+    read_exr_from(path, BufReader::new(file), length)
 }
 
 /// Reads an OpenEXR file that is already in memory; `path` is for messages.
 pub fn read_exr_bytes(path: &Path, bytes: &[u8]) -> Result<ChannelImage, ImageError> {
-    read_exr_from(path, Cursor::new(bytes))
+    read_exr_from(path, Cursor::new(bytes), bytes.len() as u64)
 }
 
-fn read_exr_from(path: &Path, mut source: impl Read + Seek + Send) -> Result<ChannelImage, ImageError> {
+fn read_exr_from(path: &Path, mut source: impl Read + Seek + Send, length: u64) -> Result<ChannelImage, ImageError> {
     let meta = MetaData::read_from_buffered(&mut source, false).map_err(|e| refuse(path, e.to_string()))?;
     source.rewind().map_err(|e| refuse(path, e.to_string()))?;
     let mut values = 0usize;
@@ -133,6 +134,7 @@ fn read_exr_from(path: &Path, mut source: impl Read + Seek + Send) -> Result<Cha
             ));
         }
     }
+    check_expansion(values, length).map_err(|reason| refuse(path, reason))?;
     // Once as the library decodes them and once as floats.
     let needed = values as u64 * 8;
     if available().is_some_and(|left| needed > left) {

@@ -16,6 +16,22 @@ use crate::system::memory::available;
 /// No decoder may allocate more than this many bytes: four 32-bit floats for each of [`MAX_PIXELS`].
 const MAX_BYTES: u64 = (MAX_PIXELS as u64) << 4;
 
+/// A file may hold this many values freely …
+const UNSUSPICIOUS: usize = 1 << 26;
+
+/// … and more if each of its bytes stands for no more than this many of them. Pictures take a value to a few bytes; those of one colour all over are what
+/// files made to fill the memory look like.
+const MOST_A_BYTE: usize = 256;
+
+/// Refuses what a few bytes blow up to.
+pub(super) fn check_expansion(values: usize, bytes: u64) -> Result<(), String> {
+    let allowed = MOST_A_BYTE.saturating_mul(usize::try_from(bytes).unwrap_or(usize::MAX)).max(UNSUSPICIOUS);
+    if values <= allowed {
+        return Ok(());
+    }
+    Err(format!("{values} values in a file of {bytes} bytes: refused as it looks made to fill the memory"))
+}
+
 /// What tells OpenEXR files.
 const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
@@ -57,11 +73,21 @@ impl StoredImage {
     pub fn decoded(self, stated: Encoding) -> Image {
         let encoding = self.encoding(stated);
         let Self { width, height, channels, values, .. } = self;
-        let mut pixels = match values {
-            Values::Bytes(bytes) => bytes.into_iter().map(from_byte).collect(),
-            Values::Floats(floats) => floats,
+        let pixels = match values {
+            Values::Bytes(bytes) => {
+                // Of bytes there are 256.
+                let table: [f32; 256] = std::array::from_fn(|byte| encoding.to_linear(from_byte(byte as u8)));
+                let is_alpha = |place: usize| channels == 4 && place % 4 == 3;
+                let linear = |(place, byte): (usize, u8)| {
+                    if is_alpha(place) { from_byte(byte) } else { table[usize::from(byte)] }
+                };
+                bytes.into_iter().enumerate().map(linear).collect()
+            }
+            Values::Floats(mut floats) => {
+                decode(&mut floats, channels, encoding);
+                floats
+            }
         };
-        decode(&mut pixels, channels, encoding);
         Image { width, height, channels, pixels }
     }
 
@@ -166,6 +192,8 @@ pub fn read_header(path: &Path) -> Result<ImageHeader, ImageError> {
         (width as usize, height as usize, value_bytes * channels, !colour.has_color())
     };
     check_size(path, width, height)?;
+    // A value takes a byte at least.
+    check_expansion(width * height * pixel_bytes.min(4), length).map_err(|e| fail(&e))?;
     Ok(ImageHeader { width, height, pixel_bytes, is_grey })
 }
 
@@ -205,9 +233,12 @@ fn from_others(path: &Path, bytes: Vec<u8>) -> Result<StoredImage, ImageError> {
     if bytes.starts_with(&[0xff, 0xd8]) && is_cut_short(&bytes) {
         return Err(fail(&"the JPEG file is cut short"));
     }
+    let length = bytes.len() as u64;
     let decoder = decoder(path, Cursor::new(bytes))?;
     let (width, height) = decoder.dimensions();
     check_size(path, width as usize, height as usize)?;
+    let values = width as usize * height as usize * usize::from(decoder.color_type().channel_count());
+    check_expansion(values, length).map_err(|e| fail(&e))?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(|e| fail(&e))?;
     let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let colour = decoded.color();

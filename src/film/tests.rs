@@ -16,7 +16,7 @@ pub(crate) const NOWHERE: Span = Span { file: FileId(0), line: 1, column: 1, len
 
 pub(crate) fn entity(kind: &str, params: Vec<(&str, &str, ParamValue)>) -> Entity {
     let params = params.into_iter().map(|(n, t, v)| Param::new(n, t, v, NOWHERE)).collect();
-    Entity { kind: kind.to_owned(), params: ParamSet::new(kind, NOWHERE, params) }
+    Entity { kind: kind.into(), params: ParamSet::new(kind, NOWHERE, params) }
 }
 
 pub(crate) fn scene(camera: Entity, film: Entity, filter: Entity) -> crate::scene::SceneDescription {
@@ -491,6 +491,15 @@ fn absurd_sizes_are_refused_before_anything_is_allocated() {
     std::fs::write(&path, b"PF\n2000000000 2000000000\n-1.0\n1234").expect("written");
     assert!(read_image(&path, Encoding::Auto).is_err());
     assert!(read_image(&dir.path().join("missing.png"), Encoding::Auto).is_err());
+}
+
+#[test]
+fn what_blows_up_is_refused() {
+    for (values, bytes, is_fine) in
+        [(1 << 26, 1, true), ((1 << 26) + 1, 1 << 10, false), (1 << 27, 1 << 19, true), (1 << 28, 1 << 19, false)]
+    {
+        assert_eq!(super::stored_image::check_expansion(values, bytes).is_ok(), is_fine, "{values} {bytes}");
+    }
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub(super) fn material(entity: &MaterialEntity, names: &Names, builder: &mut Tex
     let params = &entity.entity.params;
     // `MakeNamedMaterial` states its type as a parameter.
     let stated = params.string("type")?;
-    let kind = if entity.entity.kind.is_empty() { stated.unwrap_or("") } else { &entity.entity.kind };
+    let kind = if entity.entity.kind.is_empty() { stated.unwrap_or("") } else { entity.entity.kind.as_str() };
     let half = Rgb::splat(0.5);
     Ok(match kind {
         "diffuse" => Material::Diffuse { reflectance: builder.rgb(params.albedo_texture("reflectance")?, half)? },

@@ -9,7 +9,7 @@ mod color_space;
 mod dispersion;
 mod metals;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -24,8 +24,8 @@ pub enum Spectrum {
     Rgb(Rgb),
     /// A black body of this temperature in kelvin.
     Blackbody(f32),
-    /// Pairs of wavelength (nm, rising) and value; linear between them and 0 outside them, as in pbrt-v4.
-    Samples(Vec<(f32, f32)>),
+    /// Pairs of wavelength (nm, rising) and value; linear between them and 0 outside them, as in pbrt-v4. Those of a file are in memory once.
+    Samples(Arc<[(f32, f32)]>),
 }
 
 /// The wavelength of the sodium D lines, in nm, at which glass catalogues state n.
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn constants_stay_themselves() {
         for value in [0.0f32, 0.18, 0.5, 1.0, 7.0] {
-            let rgb = Spectrum::Samples(vec![(300.0, value), (900.0, value)]).to_albedo();
+            let rgb = Spectrum::Samples([(300.0, value), (900.0, value)].into()).to_albedo();
             assert!((rgb.0 - glam::Vec3::splat(value)).abs().max_element() <= 1e-5 * value.max(1.0), "{rgb:?}");
         }
     }
@@ -304,8 +304,8 @@ mod tests {
         }
         let warm = Spectrum::Blackbody(2700.0).to_illuminant();
         assert!(warm[0] > warm[1] && warm[1] > warm[2]);
-        assert!(Spectrum::Samples(vec![(400.0, 0.0), (700.0, 0.0)]).to_illuminant().is_black());
-        assert!(Spectrum::Samples(vec![(100.0, 1.0), (200.0, 1.0)]).to_illuminant().is_black());
+        assert!(Spectrum::Samples([(400.0, 0.0), (700.0, 0.0)].into()).to_illuminant().is_black());
+        assert!(Spectrum::Samples([(100.0, 1.0), (200.0, 1.0)].into()).to_illuminant().is_black());
         let rgb = Rgb::new(2.0, -1.0, 3.0);
         assert_eq!(Spectrum::Rgb(rgb).to_illuminant(), rgb);
     }

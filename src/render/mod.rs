@@ -6,6 +6,7 @@
 
 pub mod build;
 mod gbuffer;
+mod inputs;
 pub mod memory;
 pub mod mixing;
 mod pass;
@@ -34,6 +35,7 @@ use crate::integrator::path::MOST_BOUNCES;
 use crate::integrator::{Counters, LightChoice, PathSettings, World};
 use crate::scene::{Entity, Param, ParamSet, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
+pub use inputs::inputs;
 use mixing::Mixing;
 use pass::{Guides, Pass};
 use plan::Plan;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DMat4;
 
 use super::locate::locate;
+use super::name::Name;
 use super::params::{Param, ParamSet, ParamValue};
 use super::source::Span;
 use crate::math::transform::Animated;
@@ -14,7 +15,7 @@ use crate::math::transform::Animated;
 #[derive(Clone, Debug)]
 pub struct Entity {
     /// The type word; empty for none.
-    pub kind: String,
+    pub kind: Name,
     /// Its parameters.
     pub params: ParamSet,
 }
@@ -45,7 +46,7 @@ pub struct ShapeEntity {
     /// Type and parameters.
     pub entity: Entity,
     /// Object to world (inside an object definition: object to instance space).
-    pub transform: Animated,
+    pub transform: Arc<Animated>,
     /// `ReverseOrientation` in force.
     pub reverse_orientation: bool,
     /// Into [`SceneDescription::materials`].
@@ -62,9 +63,9 @@ pub struct LightEntity {
     /// Type and parameters.
     pub entity: Entity,
     /// Light to world.
-    pub transform: Animated,
+    pub transform: Arc<Animated>,
     /// The outside medium in force; empty for vacuum.
-    pub medium: String,
+    pub medium: Name,
 }
 
 /// A medium declared by `MakeNamedMedium`.
@@ -124,7 +125,7 @@ pub struct InstanceEntity {
     /// Into [`SceneDescription::objects`].
     pub object: u32,
     /// Instance to world.
-    pub transform: Animated,
+    pub transform: Arc<Animated>,
     /// What `Attribute "shape"` says of links to lights here.
     pub links: Option<Arc<ParamSet>>,
     /// Where.
@@ -182,9 +183,14 @@ impl SceneDescription {
         locate(&self.base, name)
     }
 
-    /// The meshes, images, volumes and photometric files that parameters name, whether or not anything uses them. Spectrum files, which are read with
-    /// the text, are not among them.
+    /// The meshes, images, volumes, lenses and photometric files that parameters name, whether or not anything uses them. Spectrum files, which are read
+    /// with the text, are not among them.
     pub fn named_files(&self) -> impl Iterator<Item = PathBuf> {
+        self.files_of(&["filename", "ies", "lensfile", "normalmap"])
+    }
+
+    /// The files that parameters of these names name.
+    pub fn files_of(&self, parameters: &'static [&str]) -> impl Iterator<Item = PathBuf> {
         let shapes = self.shapes.iter().chain(self.objects.iter().flat_map(|object| &object.shapes));
         let entities = shapes
             .map(|shape| &shape.entity)
@@ -194,7 +200,7 @@ impl SceneDescription {
             .chain(self.textures.iter().map(|texture| &texture.entity))
             .chain(self.media.iter().map(|medium| &medium.entity))
             .chain([&self.camera]);
-        let is_file = |param: &&Param| ["filename", "ies", "lensfile", "normalmap"].contains(&param.name.as_str());
+        let is_file = |param: &&Param| parameters.contains(&param.name.as_str());
         entities.flat_map(|entity| entity.params.iter()).filter(is_file).filter_map(|param| match &param.value {
             ParamValue::String(names) => names.first().map(|name| self.resolve(name)),
             _ => None,

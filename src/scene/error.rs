@@ -83,6 +83,9 @@ pub struct Warning {
     pub span: Option<Span>,
 }
 
+/// More warnings than this are not kept: a small file may give rise to any number.
+const MOST_WARNINGS: usize = 10_000;
+
 /// The warnings of one load, in the order they arose, each said once.
 #[derive(Clone, Debug, Default)]
 pub struct Warnings {
@@ -91,10 +94,16 @@ pub struct Warnings {
 }
 
 impl Warnings {
-    /// Adds a warning unless the very same one is there.
+    /// Adds a warning unless the very same one is there, or too many are.
     pub fn add(&mut self, span: Option<Span>, message: impl Into<String>) {
         let warning = Warning { message: message.into(), span };
-        if self.said.insert(warning.clone()) {
+        if self.list.len() > MOST_WARNINGS || !self.said.insert(warning.clone()) {
+            return;
+        }
+        if self.list.len() == MOST_WARNINGS {
+            let message = format!("there are more than {MOST_WARNINGS} warnings: the others are not kept");
+            self.list.push(Warning { message, span: None });
+        } else {
             self.list.push(warning);
         }
     }
@@ -102,5 +111,18 @@ impl Warnings {
     /// All warnings so far.
     pub fn list(&self) -> &[Warning] {
         &self.list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_do_not_fill_the_memory() {
+        let mut warnings = Warnings::default();
+        (0..3 * MOST_WARNINGS).for_each(|i| warnings.add(None, format!("number {}", i % (2 * MOST_WARNINGS))));
+        assert_eq!(warnings.list().len(), MOST_WARNINGS + 1);
+        assert!(warnings.list()[MOST_WARNINGS].message.contains("more than"));
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::{SceneError, SceneErrorKind, Warnings};
+use super::name::Name;
 use super::source::Span;
 use crate::math::Rgb;
 use crate::math::spectrum::Spectrum;
@@ -33,9 +34,9 @@ pub enum ParamValue {
 #[derive(Debug)]
 pub struct Param {
     /// The name without its type.
-    pub name: String,
+    pub name: Name,
     /// The type word as written.
-    pub type_name: String,
+    pub type_name: Name,
     /// The values.
     pub value: ParamValue,
     /// The place of the quoted declaration.
@@ -60,7 +61,7 @@ impl Clone for Param {
 
 impl Param {
     /// A parameter that nobody has asked for yet.
-    pub fn new(name: impl Into<String>, type_name: impl Into<String>, value: ParamValue, span: Span) -> Self {
+    pub fn new(name: impl Into<Name>, type_name: impl Into<Name>, value: ParamValue, span: Span) -> Self {
         let used = AtomicBool::new(false);
         Self { name: name.into(), type_name: type_name.into(), value, span, is_default: false, used }
     }
@@ -91,7 +92,7 @@ type Result<T> = std::result::Result<T, Box<SceneError>>;
 #[derive(Clone, Debug)]
 pub struct ParamSet {
     /// The directive and its type as written, for messages: `Shape "sphere"`.
-    pub owner: String,
+    pub owner: Name,
     /// The place of the directive.
     pub span: Span,
     params: Vec<Arc<Param>>,
@@ -99,8 +100,11 @@ pub struct ParamSet {
 
 impl ParamSet {
     /// A list of parameters of `owner`, which stands at `span`.
-    pub fn new(owner: impl Into<String>, span: Span, params: Vec<Param>) -> Self {
-        Self { owner: owner.into(), span, params: params.into_iter().map(Arc::new).collect() }
+    pub fn new(owner: impl Into<Name>, span: Span, params: Vec<Param>) -> Self {
+        // Collected in place, the list would keep the room of all that it points to now.
+        let mut shared = Vec::with_capacity(params.len());
+        shared.extend(params.into_iter().map(Arc::new));
+        Self { owner: owner.into(), span, params: shared }
     }
 
     /// Adds those of `defaults` (of `Attribute`) that are not given; the values stay shared.
@@ -308,7 +312,7 @@ impl ParamSet {
     }
 
     /// A list of defaults as `owner` stated them, which others share.
-    pub fn of_defaults(owner: impl Into<String>, span: Span, params: Vec<Arc<Param>>) -> Self {
+    pub fn of_defaults(owner: impl Into<Name>, span: Span, params: Vec<Arc<Param>>) -> Self {
         Self { owner: owner.into(), span, params }
     }
 

@@ -113,7 +113,7 @@ pub fn read(path: &Path) -> Result<PlyMesh> {
 }
 
 /// [`read`] from bytes; `path` is for messages.
-fn parse(bytes: &[u8], path: &Path) -> Result<PlyMesh> {
+pub(crate) fn parse(bytes: &[u8], path: &Path) -> Result<PlyMesh> {
     let header_parser = Parser::<Skipped>::new();
     let mut reader = Reader::new(bytes);
     let header = header_parser.read_header(&mut reader).map_err(|e| damaged(path, &e.to_string()))?;

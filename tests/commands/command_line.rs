@@ -379,6 +379,30 @@ fn info_of_a_volume() {
 }
 
 #[test]
+fn info_of_a_nanovdb_file() {
+    let folder = Folder::new("nanovdb-info");
+    let data = |name: &str| {
+        std::fs::read(format!("{}/tests/data/nanovdb/{name}", env!("CARGO_MANIFEST_DIR"))).expect("it is there")
+    };
+    folder.write("fog.nvdb", data("density-fp8.nvdb")).write("three.NVDB", data("grids-zip.nvdb"));
+    let fog = info(&folder, "fog.nvdb");
+    let grid = &fog["grids"][0];
+    assert_eq!(
+        (&grid["name"], &grid["value_type"], &grid["class"]),
+        (&"density".into(), &"fp8".into(), &"fog volume".into())
+    );
+    assert_eq!(grid["active_voxels"], 7153);
+    assert_eq!(grid["bounds"], serde_json::json!([[-9, -19, -12], [15, 5, 12]]));
+    assert_eq!((&grid["voxel_size"][1], &grid["range"][1], &grid["loads"]), (&0.5.into(), &1.0.into(), &true.into()));
+    let three = folder.run(&["info", "three.NVDB"]).code(0).out;
+    for part in ["density[0]", "shell[0]", "temperature[0]", "level set, converted", "values 0 to 1, 0 bad"] {
+        assert!(three.contains(part), "{part}: {three}");
+    }
+    folder.write("cut.nvdb", &data("density-fp8.nvdb")[..3000]);
+    folder.run(&["info", "cut.nvdb"]).code(3).says("cut.nvdb");
+}
+
+#[test]
 fn two_things_never_go_to_one_file() {
     let folder = lamp("overlap");
     for arguments in [
@@ -401,7 +425,14 @@ fn what_a_scene_names_is_never_written_over() {
     image::RgbImage::from_pixel(2, 2, image::Rgb([128, 128, 255])).save(folder.path("map.png")).expect("written");
     let ies = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 2 1 1 2 0 0 0\n1 1 50\n0 90\n0\n100 50\n";
     folder.write("a.ies", ies).write("lens.dat", "100 10 1.5 20\n-100 5 1 20\n0 80 0 8\n");
+    // What photometric files name in turn, and spectra, too.
+    folder
+        .write("tilted.ies", ies.replace("NONE", "tilt.txt"))
+        .write("tilt.txt", "1 2\n0 90\n1 .5\n")
+        .write("s.spd", "400 1 700 2\n");
     for (name, text) in [
+        ("tilt.txt", "LightSource \"point\" \"string ies\" \"tilted.ies\"\nShape \"sphere\""),
+        ("s.spd", "LightSource \"point\" \"spectrum I\" \"s.spd\"\nShape \"sphere\""),
         ("map.png", "Material \"diffuse\" \"string normalmap\" \"map.png\"\nShape \"sphere\""),
         ("map.png", "LightSource \"goniometric\" \"string filename\" \"map.png\"\nShape \"sphere\""),
         ("a.ies", "LightSource \"point\" \"string ies\" \"a.ies\"\nShape \"sphere\""),

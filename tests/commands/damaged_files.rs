@@ -1,8 +1,7 @@
 //! Hundreds of damaged files of every format that a scene may name, through the built program: each is refused with a message that says where, or read
-//! after all, within two seconds of one processor and its memory, and nothing is left behind. Seeds are fixed.
+//! after all, within two seconds of one processor and 1 GiB of memory, and nothing is left behind. Seeds are fixed; a table says what became of them.
 
 use std::io::{Cursor, Write};
-use std::time::{Duration, Instant};
 
 use crate::program::faults::{Faults, Orderly, Renders};
 use crate::program::{Folder, HEAD};
@@ -67,17 +66,14 @@ fn survive(name: &str, whole: &[u8], text: &str, seed: u64) {
     let folder = Folder::new("damaged");
     folder.write("scene.pbrt", format!("{HEAD}{text}\n"));
     let mut faults = Faults::default();
-    let mut slowest = Duration::ZERO;
     // Whole, it is read.
     folder.write(name, whole);
     faults.render(&folder, name, Renders);
     for (number, copy) in damaged(whole, seed).into_iter().enumerate() {
         folder.write(name, &copy);
-        let start = Instant::now();
         faults.render(&folder, &format!("{name}, damaged in way {number}"), Orderly);
-        slowest = slowest.max(start.elapsed());
     }
-    println!("{name}: {EACH} damaged files, the slowest took {:.2} s", slowest.as_secs_f64());
+    println!("{name:<10} {}", faults.tally());
 }
 
 const LIT: &str = "LightSource \"infinite\"";
@@ -177,4 +173,5 @@ fn damaged_lenses_are_survived() {
         folder.write("lens.dat", &copy);
         faults.render(&folder, &format!("a lens, damaged in way {number}"), Orderly);
     }
+    println!("{:<10} {}", "lens.dat", faults.tally());
 }

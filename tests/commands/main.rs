@@ -16,6 +16,8 @@ mod command_line;
 mod damaged_files;
 mod exporters;
 mod format;
+mod monsters;
+mod monstrous_volumes;
 mod replay;
 mod scenes;
 mod stability;

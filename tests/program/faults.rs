@@ -1,7 +1,13 @@
 //! What bad input must come to, and whether a run came to that: refused with exit code 3 and a message that names the file and the place, or
-//! rendered; no panic, no hang, no more than 2 s of processor time or 4 GiB, and no file left behind by a refused scene.
+//! rendered; no panic, no hang, no more than 2 s of processor time, 1 GiB in memory or 4 GiB of addresses, and no file left behind by a refused scene.
 
-use super::{Folder, HEAD};
+use std::fmt;
+use std::time::Duration;
+
+use super::{Folder, HEAD, Run};
+
+/// What a run may have in memory, in bytes, where nothing else is said.
+const MOST_MEMORY: u64 = 1 << 30;
 
 /// What a scene must come to.
 #[derive(Clone, Copy, Debug)]
@@ -22,29 +28,84 @@ pub enum Fate {
 pub use Fate::*;
 
 /// What went wrong in the cases of one test: all of them are told at its end.
-#[derive(Default)]
-pub struct Faults(Vec<String>);
+pub struct Faults {
+    list: Vec<String>,
+    tally: Tally,
+    /// The most that a run may have in memory, in bytes.
+    pub memory: u64,
+}
+
+impl Default for Faults {
+    fn default() -> Self {
+        Self { list: vec![], tally: Tally::default(), memory: MOST_MEMORY }
+    }
+}
 
 impl Drop for Faults {
     fn drop(&mut self) {
-        assert!(std::thread::panicking() || self.0.is_empty(), "{} cases:\n{}", self.0.len(), self.0.join("\n----\n"));
+        let list = &self.list;
+        assert!(std::thread::panicking() || list.is_empty(), "{} cases:\n{}", list.len(), list.join("\n----\n"));
+    }
+}
+
+/// What became of many runs.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    runs: usize,
+    refused: usize,
+    crashed: usize,
+    hung: usize,
+    /// Of processor time.
+    slowest: Duration,
+    /// Bytes.
+    largest: u64,
+}
+
+impl Tally {
+    fn add(&mut self, run: &Run) {
+        self.runs += 1;
+        self.refused += usize::from(matches!(run.code, Some(3 | 4)));
+        self.crashed += usize::from(!matches!(run.code, Some(0 | 3 | 4)) && !run.hung);
+        self.hung += usize::from(run.hung);
+        self.slowest = self.slowest.max(run.cpu);
+        self.largest = self.largest.max(run.memory);
+    }
+}
+
+/// As a row of a table: runs, refused, crashed, hung, the slowest, the largest.
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { runs, refused, crashed, hung, slowest, largest } = self;
+        let (seconds, mebibytes) = (slowest.as_secs_f64(), largest >> 20);
+        write!(f, "{runs:4} runs, {refused:4} refused, {crashed} crashed, {hung} hung, {seconds:.2} s, {mebibytes} MiB")
     }
 }
 
 impl Faults {
     /// Renders `scene.pbrt` of the folder and checks what must hold of every run.
     pub fn render(&mut self, folder: &Folder, what: &str, fate: Fate) {
-        if let Err(fault) = render(folder, fate) {
-            self.0.push(format!("{what}: {fault}"));
+        self.render_within(folder, what, fate, 2);
+    }
+
+    /// The same with its own limit of processor time, in seconds.
+    pub fn render_within(&mut self, folder: &Folder, what: &str, fate: Fate, seconds: u32) {
+        if let Err(fault) = render(folder, fate, seconds, self.memory, &mut self.tally) {
+            self.list.push(format!("{what}: {fault}"));
         }
+    }
+
+    /// What became of the runs so far; a new tally begins.
+    pub fn tally(&mut self) -> Tally {
+        std::mem::take(&mut self.tally)
     }
 }
 
-fn render(folder: &Folder, fate: Fate) -> Result<(), String> {
+fn render(folder: &Folder, fate: Fate, seconds: u32, memory: u64, tally: &mut Tally) -> Result<(), String> {
     let before = folder.listing();
     let arguments =
         ["render", "scene.pbrt", "-o", "out.exr", "--stats", "out.json", "--png", "out.png", "--threads", "1"];
-    let run = folder.start_within(&arguments, 4 << 20, 2).end();
+    let run = folder.start_within(&arguments, 4 << 20, seconds).end();
+    tally.add(&run);
     let mut after = folder.listing();
     let flat = run.err.split_whitespace().collect::<Vec<_>>().join(" ");
     let check = |holds: bool, what: &str| match holds {
@@ -57,12 +118,15 @@ fn render(folder: &Folder, fate: Fate) -> Result<(), String> {
         written += i32::from(after.remove(file).is_some());
         let _ = std::fs::remove_file(folder.path(file));
     }
+    check(!run.hung, "it hung")?;
+    check(run.memory <= memory, &format!("it had {} MiB in memory", run.memory >> 20))?;
     check(matches!(run.code, Some(0 | 3 | 4)), "neither done nor refused")?;
     check(written == if run.code == Some(0) { 3 } else { 0 }, "output is missing or left behind")?;
     check(before == after, "files were left behind")?;
     check(run.code == Some(0) || run.err.contains("error: "), "no message")?;
     // A place: scene.pbrt:4:1, or the file that is at fault.
-    let placed = flat.contains("scene.pbrt:") || flat.contains("junk:") || flat.contains("cannot read");
+    let placed =
+        flat.contains("scene.pbrt:") || flat.contains("--> ") || flat.contains("junk:") || flat.contains("cannot read");
     let (code, needle) = match fate {
         Refused(needle) => (Some(3), needle),
         Limit(needle) => (Some(4), needle),

@@ -11,6 +11,8 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
+use wait4::{ResUse, Wait4};
+
 /// The program under test.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_lanternfish");
 
@@ -141,22 +143,30 @@ impl Running {
     /// Waits for the end.
     pub fn end(mut self) -> Run {
         let start = Instant::now();
-        let status = loop {
-            match self.child.try_wait().expect("the child can be waited for") {
-                Some(status) => break status,
-                None if start.elapsed() > PATIENCE => {
-                    let _ = self.child.kill();
-                    break self.child.wait().expect("a killed child ends");
-                }
-                None => std::thread::sleep(Duration::from_millis(2)),
+        let mut hung = false;
+        while !self.is_over() {
+            hung = start.elapsed() > PATIENCE;
+            if hung {
+                let _ = self.child.kill();
+                break;
             }
-        };
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let ResUse { status, rusage } = self.child.wait4().expect("a child that has ended can be waited for");
         let take = |path: &Path| {
             let text = String::from_utf8_lossy(&fs::read(path).unwrap_or_default()).into_owned();
             let _ = fs::remove_file(path);
             text
         };
-        Run { code: status.code(), out: take(&self.out), err: take(&self.err) }
+        let cpu = rusage.utime + rusage.stime;
+        Run { code: status.code(), out: take(&self.out), err: take(&self.err), memory: rusage.maxrss, cpu, hung }
+    }
+
+    /// Whether it has ended; what it took is there to be asked for until it is waited for.
+    fn is_over(&self) -> bool {
+        let stat = fs::read_to_string(format!("/proc/{}/stat", self.child.id())).unwrap_or_default();
+        // "123 (name) Z": a zombie. The name may hold anything.
+        stat.rsplit_once(") ").is_none_or(|(_, rest)| rest.starts_with(['Z', 'X']))
     }
 }
 
@@ -166,6 +176,12 @@ pub struct Run {
     pub code: Option<i32>,
     pub out: String,
     pub err: String,
+    /// The most that it, or any process that it started, had in memory at once, in bytes.
+    pub memory: u64,
+    /// Processor time, with that of the processes that it started.
+    pub cpu: Duration,
+    /// It did not end, and was made to.
+    pub hung: bool,
 }
 
 impl Run {

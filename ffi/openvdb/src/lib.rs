@@ -20,5 +20,7 @@ mod write;
 
 pub use locate::{WORKER_NAME, WORKER_VARIABLE, set_worker};
 pub use read::read_vdb;
+#[doc(hidden)]
+pub use read::take_answer;
 pub use types::{GridClass, GridHeader, GridMap, GridValues, Limits, Tile, VdbError, VdbGrid};
 pub use write::{Compression, Precision, VdbWriter};

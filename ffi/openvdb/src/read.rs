@@ -44,6 +44,19 @@ fn receive_all<R: Read>(input: &mut Receiver<R>) -> Result<Vec<VdbGrid>, Trouble
     }
 }
 
+/// The grids in what a worker says, from its greeting on, if they take no more than `budget` bytes: for fuzz targets, which say what no worker
+/// would.
+#[doc(hidden)]
+pub fn take_answer(said: &[u8], budget: u64) -> Result<Vec<VdbGrid>, String> {
+    let mut receiver = Receiver::new(said, budget);
+    if !receiver.hello() {
+        return Err("no worker".into());
+    }
+    let mut grids = receive_all(&mut receiver).map_err(|trouble| format!("{trouble:?}"))?;
+    put_in_order(&mut grids);
+    Ok(grids)
+}
+
 /// Puts grids in order of name and number, and renumbers those of one name from 0 without gaps.
 fn put_in_order(grids: &mut [VdbGrid]) {
     grids.sort_by(|a, b| (&a.header.name, a.header.index).cmp(&(&b.header.name, b.header.index)));

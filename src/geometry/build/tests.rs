@@ -18,7 +18,7 @@ fn entity(kind: &str, params: Vec<(&str, ParamValue)>) -> ShapeEntity {
     let params = params.into_iter().map(|(name, value)| Param::new(name, "test", value, SPAN)).collect();
     ShapeEntity {
         entity: Entity { kind: kind.into(), params: ParamSet::new(format!("Shape \"{kind}\""), SPAN, params) },
-        transform: Animated::fixed(DMat4::IDENTITY),
+        transform: Animated::fixed(DMat4::IDENTITY).into(),
         reverse_orientation: false,
         material: MaterialIndex(0),
         area_light: None,

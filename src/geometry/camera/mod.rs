@@ -3,7 +3,7 @@
 //! Source: pbrt-v4, chapter 5, and section 3.11 for animated transforms. Camera space looks along +z with x to the right and y up, before whatever
 //! the camera transform does to it.
 
-mod prescription;
+pub(crate) mod prescription;
 mod projection;
 #[cfg(test)]
 mod tests;

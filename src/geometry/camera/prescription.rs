@@ -14,7 +14,7 @@ const MAX_BYTES: u64 = 1 << 20;
 
 /// A lens as far as rays close to its axis go.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Prescription {
+pub(crate) struct Prescription {
     /// Focal length in millimetres.
     pub focal_length: f32,
     /// Height at which a ray parallel to the axis has to enter to pass the stop at the height 1.
@@ -35,7 +35,8 @@ impl Prescription {
         Self::parse(&text).map_err(fail)
     }
 
-    fn parse(text: &str) -> Result<Self, String> {
+    /// That of the text of a file.
+    pub fn parse(text: &str) -> Result<Self, String> {
         let words = text.lines().flat_map(|line| line.split('#').next().unwrap_or("").split_whitespace());
         let numbers = words
             .map(|word| {
@@ -60,15 +61,16 @@ impl Prescription {
             }
             height += slope * thickness;
         }
-        let focal_length = -1.0 / slope;
-        if !(focal_length > 0.0 && focal_length.is_finite() && at_stop > 0.0) {
+        // In single precision, as they are used: there a length of 1e-50 is none.
+        let [focal_length, pupil_magnification] = [(-1.0 / slope) as f32, (1.0 / at_stop) as f32];
+        if ![focal_length, pupil_magnification].iter().all(|x| *x > 0.0 && x.is_finite()) {
             return Err("the lens does not focus light that comes from afar".to_owned());
         }
-        Ok(Self {
-            focal_length: focal_length as f32,
-            pupil_magnification: (1.0 / at_stop) as f32,
-            stop_diameter: stop_diameter as f32,
-        })
+        let stop_diameter = stop_diameter as f32;
+        if !(stop_diameter >= 0.0 && stop_diameter.is_finite()) {
+            return Err("the diameter of the lens's stop is negative or too large".to_owned());
+        }
+        Ok(Self { focal_length, pupil_magnification, stop_diameter })
     }
 }
 
@@ -91,7 +93,18 @@ mod tests {
 
     #[test]
     fn what_is_no_lens_is_refused() {
-        for text in ["", "1 2 3", "1 2 3 nan", "1 2 3 x", "0 10 0 5", "-100 10 1.5 20 100 5 1 20"] {
+        for text in [
+            "",
+            "1 2 3",
+            "1 2 3 nan",
+            "1 2 3 x",
+            "0 10 0 5",
+            "-100 10 1.5 20 100 5 1 20",
+            "1e-50 10 1.5 20",
+            "1e60 10 1.5 20",
+            "0 0 0 -1 100 5 2 20",
+            "0 0 0 1e39 100 5 2 20",
+        ] {
             assert!(Prescription::parse(text).is_err(), "{text}");
         }
     }

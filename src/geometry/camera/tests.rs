@@ -22,7 +22,7 @@ fn world(params: Vec<(&str, &str, ParamValue)>, size: [i32; 2]) -> SceneDescript
 
 fn of_kind(kind: &str, params: Vec<(&str, &str, ParamValue)>, size: [i32; 2]) -> Camera {
     let mut scene = world(params, size);
-    scene.camera.kind = kind.to_owned();
+    scene.camera.kind = kind.into();
     build(&scene).expect("a valid camera")
 }
 

@@ -13,6 +13,10 @@ use crate::light::ies::read::read_ies;
 use crate::light::projection::Slide;
 use crate::light::sphere_image::{Layout, SphereImage};
 use crate::scene::{ParamSet, SceneError, SceneErrorKind};
+use crate::system::memory::available;
+
+/// What a pixel takes while a light is made of its image, beside the image itself.
+const BYTES_A_PIXEL: u64 = 40;
 
 /// What has been read so far.
 #[derive(Default)]
@@ -48,6 +52,13 @@ impl Builder<'_> {
         let image = read_image(&path, Encoding::Auto).map_err(|error| {
             SceneError::at(params.span, SceneErrorKind::File { path: error.path, reason: error.reason })
         })?;
+        // The triples, and what they are chosen by.
+        let needed = (image.width * image.height) as u64 * BYTES_A_PIXEL;
+        if available().is_some_and(|left| needed > left) {
+            let what =
+                format!("a light's image of {} × {} pixels takes more memory than is left", image.width, image.height);
+            return Err(SceneError::at(params.span, SceneErrorKind::Limit(what)));
+        }
         let (pixels, bad) = rgb_pixels(&image);
         if bad > 0 {
             let message = format!("{bad} pixels of \"{name}\" are negative or not finite: taken as 0");

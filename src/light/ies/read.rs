@@ -7,7 +7,7 @@
 //!
 //! Files come from anywhere: nothing is believed before it is checked, and an error names the line.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{IesProfile, Photometry, Table};
 use crate::system::input::read_regular;
@@ -47,8 +47,7 @@ pub fn read_ies(path: &Path, tilt: f32) -> Result<IesProfile> {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     };
     let text = read(path).map_err(|reason| IesError { line: None, reason })?;
-    let beside = |name: &str| read(&path.parent().unwrap_or(Path::new("")).join(name));
-    Ok(IesProfile::new(&parse(&text, tilt, &beside)?))
+    Ok(IesProfile::new(&parse(&text, tilt, &|name| read(&beside(path, name)))?))
 }
 
 /// The table that `text` holds. `tilt_file` gives the text of a file that `TILT=` names.
@@ -56,19 +55,9 @@ pub fn read_ies(path: &Path, tilt: f32) -> Result<IesProfile> {
 /// # Errors
 /// As [`read_ies`].
 pub fn parse(text: &str, tilt: f32, tilt_file: &dyn Fn(&str) -> std::result::Result<String, String>) -> Result<Table> {
-    let (mut lines, mut last) = (text.lines().zip(1u32..), 0);
+    let mut lines = text.lines().zip(1u32..);
     let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("").to_ascii_uppercase();
-    let (tilt_line, wanted) = loop {
-        let Some((line, number)) = lines.next() else {
-            return Err(IesError::at(last.max(1), "no line begins with \"TILT=\": this is not an IES file"));
-        };
-        last = number;
-        let line = line.trim();
-        let is_tilt = line.get(..4).is_some_and(|word| word.eq_ignore_ascii_case("TILT"));
-        if is_tilt && let Some(value) = line[4..].trim_start().strip_prefix('=') {
-            break (number, value.trim());
-        }
-    };
+    let (tilt_line, wanted) = find_tilt(&mut lines)?;
     let mut numbers = Numbers { lines, words: words(""), line: tilt_line };
     let mut factor = match wanted.to_ascii_uppercase().as_str() {
         "NONE" => 1.0,
@@ -127,6 +116,34 @@ pub fn parse(text: &str, tilt: f32, tilt_file: &dyn Fn(&str) -> std::result::Res
         candela.push(value);
     }
     Ok(Table { photometry, vertical, horizontal, candela })
+}
+
+/// What `TILT=` says, and the number of its line, up to which `lines` are taken.
+fn find_tilt<'a>(lines: &mut impl Iterator<Item = (&'a str, u32)>) -> Result<(u32, &'a str)> {
+    let mut last = 1;
+    for (line, number) in lines {
+        last = number;
+        let line = line.trim();
+        let is_tilt = line.get(..4).is_some_and(|word| word.eq_ignore_ascii_case("TILT"));
+        if is_tilt && let Some(value) = line[4..].trim_start().strip_prefix('=') {
+            return Ok((number, value.trim()));
+        }
+    }
+    Err(IesError::at(last, "no line begins with \"TILT=\": this is not an IES file"))
+}
+
+/// The file that the IES file at `path` names for its tilt; `None` where it names none or cannot be read.
+pub fn tilt_file(path: &Path) -> Option<PathBuf> {
+    let bytes = read_regular(path, MAX_BYTES).ok()?;
+    let text = String::from_utf8_lossy(&bytes);
+    let (_, name) = find_tilt(&mut text.lines().zip(1u32..)).ok()?;
+    let is_name = !["", "NONE", "INCLUDE"].iter().any(|word| name.eq_ignore_ascii_case(word));
+    is_name.then(|| beside(path, name))
+}
+
+/// Where `name`, which the file at `path` says, is looked up.
+fn beside(path: &Path, name: &str) -> PathBuf {
+    path.parent().unwrap_or(Path::new("")).join(name)
 }
 
 type Words<'a> = std::str::Split<'a, fn(char) -> bool>;

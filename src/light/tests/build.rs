@@ -26,7 +26,7 @@ fn entity(kind: &str, params: Vec<Param>) -> Entity {
 }
 
 fn light(kind: &str, transform: DMat4, params: Vec<Param>) -> LightEntity {
-    LightEntity { entity: entity(kind, params), transform: Animated::fixed(transform), medium: String::new() }
+    LightEntity { entity: entity(kind, params), transform: Animated::fixed(transform).into(), medium: "".into() }
 }
 
 fn scene(lights: Vec<LightEntity>, area_lights: Vec<Entity>) -> SceneDescription {

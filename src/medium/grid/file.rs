@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::scene::SceneErrorKind;
 
-/// What a .vdb file holds.
+/// What a .vdb or .nvdb file holds.
 #[derive(Clone, Debug, Serialize)]
 pub struct VdbSummary {
     /// The file.
@@ -25,7 +25,7 @@ pub struct GridSummary {
     pub name: String,
     /// Which of the grids of this name, from 0.
     pub index: u32,
-    /// OpenVDB's type of values: `float`, `vec3s` …
+    /// OpenVDB's or NanoVDB's type of values: `float`, `vec3s`, `fp8` …
     pub value_type: String,
     /// Class by its own account: `fog volume`, `level set`, `staggered`, `unknown`.
     pub class: String,
@@ -39,7 +39,7 @@ pub struct GridSummary {
     pub bounds: Option<([i32; 3], [i32; 3])>,
     /// Edges of a voxel in world units (at the middle of the near plane, for frustums); `null` where not finite.
     pub voxel_size: [f64; 3],
-    /// OpenVDB's name for its map.
+    /// OpenVDB's name for its kind of map.
     pub map: String,
     /// Stored with half precision.
     pub half: bool,

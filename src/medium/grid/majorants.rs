@@ -16,6 +16,13 @@ const UNIFORM: u32 = 1 << 31;
 const ROOT_SHIFT: u32 = 12;
 /// The sizes (log2) at which a scattered grid knows what is empty, coarsest first.
 const EMPTY_SHIFTS: [u32; 4] = [27, 22, 17, 12];
+/// Up to so many tiles of 128 raise just the cells around them, more the blocks.
+const FEW_TILES: usize = 1 << 12;
+/// Up to so many tiles of 4096 raise just the blocks around them …
+const FEW_ROOTS: usize = 64;
+/// … and a box that touches up to so many blocks, or cells of 4096, just those: a file of a few bytes may have more of either than memory holds. Beyond
+/// that larger cells are raised, at last the background, which bounds as well.
+const MOST_BLOCKS: i128 = 1 << 18;
 /// How far beyond a voxel its value may reach: one voxel of interpolation and one of tolerance.
 pub const REACH: i32 = 2;
 
@@ -53,6 +60,12 @@ pub struct Majorants {
     bounds: Option<(IVec3, IVec3)>,
 }
 
+/// Cubes of 2^`shift` voxels that the box `low..=high` touches.
+fn cubes(low: IVec3, high: IVec3, shift: u32) -> i128 {
+    let size = (high >> shift as i32).as_i64vec3() - (low >> shift as i32).as_i64vec3() + 1;
+    size.to_array().into_iter().map(|n| i128::from(n.max(0))).product()
+}
+
 pub(super) fn fine_slot(cell: IVec3) -> usize {
     let at: IVec3 = cell & 15i32;
     ((at.x << 8) | (at.y << 4) | at.z) as usize
@@ -88,6 +101,13 @@ impl MajorantsBuilder {
         *floor = floor.max(bound);
     }
 
+    fn raise_blocks_around(&mut self, block: IVec3, bound: f32) {
+        for direction in 0..27 {
+            let step = IVec3::new(direction / 9, direction / 3 % 3, direction % 3) - 1;
+            self.raise_block(block.wrapping_add(step), bound);
+        }
+    }
+
     /// Raises every cell that the box `low..=high` of voxels touches or reaches.
     pub fn raise_box(&mut self, low: IVec3, high: IVec3, bound: f32) {
         if bound <= self.background {
@@ -103,6 +123,9 @@ impl MajorantsBuilder {
         }
         let (a, b) = self.bounds.unwrap_or((low, high));
         self.bounds = Some((a.min(low), b.max(high)));
+        if cubes(low, high, BLOCK_SHIFT) > MOST_BLOCKS {
+            return self.raise_coarsely(low, high, bound);
+        }
         let (first, last) = (low >> 3i32, high >> 3i32);
         let block_inside = |block: IVec3| {
             let corner: IVec3 = block << 4i32;
@@ -129,38 +152,89 @@ impl MajorantsBuilder {
         }
     }
 
+    /// Raises cells of 4096 voxels that the box `low..=high` touches, or, if they are too many, whatever there is.
+    fn raise_coarsely(&mut self, low: IVec3, high: IVec3, bound: f32) {
+        if cubes(low, high, ROOT_SHIFT) > MOST_BLOCKS {
+            self.background = self.background.max(bound);
+            return;
+        }
+        let (first, last) = (low >> ROOT_SHIFT as i32, high >> ROOT_SHIFT as i32);
+        for x in first.x..=last.x {
+            for y in first.y..=last.y {
+                for z in first.z..=last.z {
+                    self.raise_root(IVec3::new(x, y, z), bound);
+                }
+            }
+        }
+    }
+
+    fn raise_root(&mut self, root: IVec3, bound: f32) {
+        let known = self.roots.entry(root).or_insert(bound);
+        *known = known.max(bound);
+    }
+
+    /// Raises what a tile of 4096 voxels reaches around it, the cells of all such tiles being raised: the blocks next to it, or, where there are many tiles,
+    /// the cells.
+    fn add_shell(&mut self, root: IVec3, bound: f32, many: bool) {
+        for direction in (0..27).filter(|&direction| direction != 13) {
+            let step = IVec3::new(direction / 9, direction / 3 % 3, direction % 3) - 1;
+            let beside = root.wrapping_add(step);
+            if self.roots.get(&beside).is_some_and(|&known| known >= bound) {
+                continue;
+            }
+            if many {
+                self.raise_root(beside, bound);
+                continue;
+            }
+            // The layer of blocks that touches the tile.
+            const BLOCKS: i32 = 1 << (ROOT_SHIFT - BLOCK_SHIFT);
+            let corner = IVec3::from_array(root.to_array().map(|c| c.wrapping_shl(ROOT_SHIFT - BLOCK_SHIFT)));
+            let range = |axis: usize| match step[axis] {
+                -1 => -1..=-1,
+                0 => 0..=BLOCKS - 1,
+                _ => BLOCKS..=BLOCKS,
+            };
+            for x in range(0) {
+                for y in range(1) {
+                    for z in range(2) {
+                        self.raise_block(corner.wrapping_add(IVec3::new(x, y, z)), bound);
+                    }
+                }
+            }
+        }
+    }
+
     /// Raises cells to `bound(value)` of every stored value of `grid`, whose index space is this one's. `bound` must not
     /// fall as the value rises.
     pub fn add<V: Voxel>(&mut self, grid: &SparseGrid<V>, bound: impl Fn(f32) -> f32) {
         for (origin, leaf) in grid.leaves() {
             self.add_leaf(origin, leaf, &bound);
         }
+        let mut tiles = Vec::new();
+        let coarse = grid.tiles().iter().filter(|tile| tile.edge == 128).count() > FEW_TILES;
         for tile in grid.tiles() {
             let m = bound(V::maximum(tile.value));
             if m <= self.background {
                 continue;
             }
             let high = tile.origin.saturating_add(IVec3::splat(tile.edge - 1));
+            if tile.edge == 128 && coarse {
+                self.include(tile.origin, high);
+                self.raise_blocks_around(block_of(tile.origin), m);
+                continue;
+            }
             if tile.edge < 4096 {
                 self.raise_box(tile.origin, high, m);
                 continue;
             }
             self.include(tile.origin, high);
-            let root = self.roots.entry(tile.origin >> ROOT_SHIFT as i32).or_insert(m);
-            *root = root.max(m);
-            // The shell of blocks around it.
-            let block = block_of(tile.origin);
-            for x in -1..=32 {
-                for y in -1..=32 {
-                    for z in -1..=32 {
-                        let at = IVec3::new(x, y, z);
-                        let inside = at.cmpge(IVec3::ZERO).all() && at.cmplt(IVec3::splat(32)).all();
-                        if !inside {
-                            self.raise_block(block.wrapping_add(at), m);
-                        }
-                    }
-                }
-            }
+            let root = tile.origin >> ROOT_SHIFT as i32;
+            self.raise_root(root, m);
+            tiles.push((root, m));
+        }
+        let many = tiles.len() > FEW_ROOTS;
+        for (root, m) in tiles {
+            self.add_shell(root, m, many);
         }
     }
 

@@ -28,6 +28,9 @@ pub const FARTHEST: f64 = 1024.0;
 /// Of more cells than this a cell's bound is not looked for one by one.
 const MOST_CELLS: i64 = 1 << 15;
 
+/// More cells than this are not looked at in all for large cubes of one speed: those that are left are raised as they are.
+const MOST_LOOKS: i64 = 1 << 24;
+
 impl Motion {
     /// Where what is at `p` at the normalised time `time` was at t₀; render space.
     #[inline]
@@ -78,13 +81,18 @@ fn dilated(bounds: &Majorants, distances: &Majorants) -> Majorants {
             out.raise_voxels(low.saturating_sub(around), high.saturating_add(around), bound);
         });
     }
+    let mut looks = 0i64;
     distances.each_cell(|low, edge, distance| {
         if distance <= distances.background() {
             return;
         }
         let around = reach(distance);
         // Cell by cell of the finest there are, up to a size where that would take too long.
-        let step = 8.max(edge / 16);
+        let step = if looks < MOST_LOOKS { 8.max(edge / 16) } else { edge };
+        if edge > 8 {
+            let cells_around = (i64::from(step) + 2 * i64::from(around)) / 8 + 1;
+            looks += i64::from(edge / step).pow(3) * cells_around.pow(3).min(MOST_CELLS);
+        }
         for x in 0..edge / step {
             for y in 0..edge / step {
                 for z in 0..edge / step {

@@ -5,6 +5,8 @@
 //! is skipped. A cell is visited piece by piece, and every piece has samples at jittered places of its own: a flame that is a voxel thin
 //! in a cell of a hundred is seen.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::{DAffine3, DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 
@@ -22,6 +24,9 @@ const FAINTEST: f32 = 1e-6;
 
 /// Up to so many pieces each has 4³ samples, up to eight times as many 2³, else one.
 const MANY_PIECES: usize = 1 << 15;
+
+/// More pieces than this are not visited one by one: a tile of a few bytes may come to any number of them.
+const MOST_PIECES: usize = 1 << 22;
 
 /// What is known of one cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,12 +72,20 @@ impl Survey {
         let (base, size) = (low >> shift as i32, count(shift).as_ivec3());
         let edge = f64::from(1u32 << shift);
         let corner = base.as_dvec3() * edge;
-        let visitor = Visitor { bounds, point: &point, render_from_lattice: lattice.inverse() };
+        let mut visitor = Visitor { bounds, point: &point, render_from_lattice: lattice.inverse(), finest: 0 };
         let places: Vec<IVec3> = (0..size.element_product())
             .map(|i| base + IVec3::new(i / size.z / size.y, i / size.z % size.y, i % size.z))
             .map(|cell| IVec3::from_array(cell.to_array().map(|c| c.wrapping_shl(shift))))
             .collect();
-        let pieces: usize = places.par_iter().map(|&place| visitor.pieces(place, shift)).sum();
+        let pieces = loop {
+            let counted = AtomicUsize::new(0);
+            places.par_iter().for_each(|&place| visitor.count(place, shift, &counted));
+            let pieces = counted.into_inner();
+            if pieces <= MOST_PIECES {
+                break pieces;
+            }
+            visitor.finest = visitor.finest.max(2) + 1;
+        };
         let fineness = match pieces / MANY_PIECES {
             0 => 4,
             1..8 => 2,
@@ -117,13 +130,15 @@ struct Visitor<'a, P> {
     bounds: &'a Majorants,
     point: &'a P,
     render_from_lattice: DAffine3,
+    /// Cubes of 2^this voxels are not divided.
+    finest: u32,
 }
 
 impl<P: Fn(Vec3) -> MediumPoint> Visitor<'_, P> {
     /// Visits the parts of the cube of 2^`shift` voxels at `place` that have one bound, above 0.
     fn visit(&self, place: IVec3, shift: u32, f: &mut impl FnMut(IVec3, u32, f32)) {
         let (known, bound) = self.bounds.cell(place);
-        if known >= shift {
+        if known.max(self.finest) >= shift {
             if bound > 0.0 {
                 f(place, shift, bound);
             }
@@ -135,10 +150,22 @@ impl<P: Fn(Vec3) -> MediumPoint> Visitor<'_, P> {
         }
     }
 
-    fn pieces(&self, place: IVec3, shift: u32) -> usize {
-        let mut count = 0;
-        self.visit(place, shift, &mut |_, _, _| count += 1);
-        count
+    /// Adds the parts of a cube to `counted`, if those are not too many already.
+    fn count(&self, place: IVec3, shift: u32, counted: &AtomicUsize) {
+        if shift > self.finest && counted.load(Ordering::Relaxed) > MOST_PIECES {
+            return;
+        }
+        let (known, bound) = self.bounds.cell(place);
+        if known.max(self.finest) >= shift {
+            if bound > 0.0 {
+                counted.fetch_add(1, Ordering::Relaxed);
+            }
+            return;
+        }
+        let half = 1 << (shift - 1);
+        for part in 0..8 {
+            self.count(place + half * IVec3::new(part >> 2, part >> 1 & 1, part & 1), shift - 1, counted);
+        }
     }
 
     fn survey(&self, place: IVec3, shift: u32, fineness: u32) -> Surveyed {

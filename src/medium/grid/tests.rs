@@ -292,3 +292,58 @@ fn direct_emission_outside_the_stored_voxels_is_met() {
         assert!(rates.all(|segment| segment.majorant > 0.0));
     }
 }
+
+/// Around a great many of the largest tiles whole cells of that size are raised.
+#[test]
+fn bounds_hold_around_many_tiles() {
+    for step in [1, 2] {
+        let place = |i: i32| IVec3::new(i / 25, i / 5 % 5, i % 5) * step - 2 * step;
+        let value = |i: i32| 0.2 + 0.1 * (i % 7) as f32;
+        let tile = |i: i32| TileOf { origin: place(i) * 4096, edge: 4096, value: value(i) };
+        let map = affine(1e-3, DVec3::new(0.3, 0.0, -0.2));
+        let grid = SparseGrid::new(0.0, vec![], vec![], (0..125).map(tile).collect());
+        let medium = GridMedium::new(parts(grid, map));
+        assert!(medium.memory() < 8 << 20, "{}", medium.memory());
+        let (points, dense) = check_rays(&medium, Vec3::ZERO, 12.0, 5000, 31);
+        assert!(dense * 20 > points, "{dense} of {points} points met something");
+    }
+}
+
+/// A temperature of huge voxels over a density of small ones would raise more cells than there is memory for.
+#[test]
+fn emission_is_gathered_where_its_voxels_are_huge() {
+    let (origins, values) = blob(6, IVec3::ZERO, 7);
+    let map = affine(1e-3, DVec3::ZERO);
+    let centre = map.to_render(DVec3::splat(24.0)).as_vec3();
+    for (edge, scale) in [(8, 10.0), (4096, 1.0), (4096, 1e3)] {
+        let tiles = vec![
+            TileOf { origin: IVec3::splat(-edge), edge, value: 1000.0 },
+            TileOf { origin: IVec3::ZERO, edge, value: 1500.0 },
+        ];
+        let kelvin = ScalarGrid::Single(Arc::new(SparseGrid::new(0.0, vec![], vec![], tiles)));
+        let kelvin = Field { grid: kelvin, map: affine(scale, DVec3::ZERO), scale: 1.0, offset: 0.0 };
+        let shape = EmissionShape::Temperature {
+            kelvin,
+            table: BlackbodyTable::new(2000.0, BlackbodyScale::Peak),
+            scale: None,
+        };
+        let emission = Some(Emission { radiance: Rgb::WHITE, shape, direct: false });
+        let density = parts(SparseGrid::new(0.0, origins.clone(), values.clone(), vec![]), map);
+        let medium = GridMedium::new(GridMediumParts { emission, ..density });
+        assert!(medium.memory() < 16 << 20, "{}", medium.memory());
+        check_gathering(&medium, centre, 0.04, 3000, 14);
+    }
+}
+
+/// And around a great many tiles of 128 whole blocks.
+#[test]
+fn bounds_hold_around_many_smaller_tiles() {
+    let place = |i: i32| IVec3::new(i / 324, i / 18 % 18, i % 18) - 9;
+    let tile = |i: i32| TileOf { origin: place(i) * 128, edge: 128, value: 0.2 + 0.1 * (i % 7) as f32 };
+    let map = affine(1e-2, DVec3::new(0.3, 0.0, -0.2));
+    let grid = SparseGrid::new(0.0, vec![IVec3::splat(9 * 128)], vec![1.0; 512], (0..5832).map(tile).collect());
+    let medium = GridMedium::new(parts(grid, map));
+    assert!(medium.memory() < 4 << 20, "{}", medium.memory());
+    let (points, dense) = check_rays(&medium, Vec3::ZERO, 12.0, 5000, 32);
+    assert!(dense * 20 > points, "{dense} of {points} points met something");
+}

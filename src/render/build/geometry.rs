@@ -109,7 +109,7 @@ impl<'a> GeometryBuilder<'a> {
         }
         for instance in &scene.instances {
             let parts = self.object_parts(instance)?;
-            if instance.transform != Animated::fixed(glam::DMat4::IDENTITY) && self.holds_grids(&parts) {
+            if *instance.transform != Animated::fixed(glam::DMat4::IDENTITY) && self.holds_grids(&parts) {
                 let message = "the volumes inside an instance stay where MakeNamedMedium put them (as in pbrt-v4): only their boundary \
                                moves with it";
                 self.warnings.add(Some(instance.span), message);
@@ -167,7 +167,7 @@ impl<'a> GeometryBuilder<'a> {
         for entity in &scene.objects[object].shapes {
             if entity.transform.is_animated() {
                 let shapes = self.shapes(entity, &DAffine3::IDENTITY, false)?;
-                parts.push(ObjectPart { prototype: self.prototype(shapes), transform: entity.transform, links });
+                parts.push(ObjectPart { prototype: self.prototype(shapes), transform: *entity.transform, links });
             } else {
                 let to_prototype = from_object * DAffine3::from_mat4(entity.transform.start);
                 still.extend(self.shapes(entity, &to_prototype, false)?);

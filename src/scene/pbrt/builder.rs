@@ -129,7 +129,7 @@ impl<'a, 'b> Builder<'a, 'b> {
     pub fn new(reader: Reader<'a>, base: PathBuf, warnings: &'b mut Warnings) -> Self {
         let start = Span { line: 1, column: 1, length: 0, ..reader.here() };
         let entity = |directive: &str, kind: &str| Entity {
-            kind: kind.to_owned(),
+            kind: kind.into(),
             params: ParamSet::new(format!("{directive} \"{kind}\""), start, Vec::new()),
         };
         // pbrt-v4's defaults for what a file leaves out.
@@ -263,8 +263,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::AreaLightSource => {
                 let entity = self.entity("AreaLightSource", span, Some("light"))?;
                 self.state.area_light = Some(self.area_lights.len() as u32);
-                self.area_lights.push((Some(entity), 0));
-                Ok(())
+                store(&mut self.area_lights, (Some(entity), 0), PARAMETERS, span)
             }
             D::Attribute => self.attribute(),
             D::AttributeBegin => self.push(Opened::Attribute, span),
@@ -295,7 +294,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             }
             D::CoordinateSystem => {
                 let (name, _) = self.reader.expect_string("a coordinate system's name")?;
-                self.systems.insert(name, self.state.ctm.animated());
+                self.systems.insert(name, *self.state.ctm.animated());
                 Ok(())
             }
             D::Film => {
@@ -313,9 +312,9 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::LightSource => {
                 let entity = self.entity("LightSource", span, Some("light"))?;
                 let medium = self.outside_medium();
-                room_for_more(&self.scene.lights, self.scene.lights.capacity(), PARAMETERS, span)?;
-                self.scene.lights.push(LightEntity { entity, transform: self.state.ctm.animated(), medium });
-                Ok(())
+                let medium = self.reader.name(&medium);
+                let light = LightEntity { entity, transform: self.state.ctm.animated(), medium };
+                store(&mut self.scene.lights, light, PARAMETERS, span)
             }
             D::LookAt => {
                 let v: [f64; 9] = self.numbers(false)?;
@@ -331,8 +330,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::Material => {
                 let entity = self.entity("Material", span, Some("material"))?;
                 self.state.material = CurrentMaterial::Index(self.scene.materials.len() as u32);
-                self.scene.materials.push(MaterialEntity { name: None, entity });
-                Ok(())
+                store(&mut self.scene.materials, MaterialEntity { name: None, entity }, PARAMETERS, span)
             }
             D::MediumInterface => self.medium_interface(),
             D::NamedMaterial => {
@@ -400,7 +398,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::WorldBegin => {
                 self.world = true;
                 self.state.ctm = Default::default();
-                self.systems.insert("world".into(), self.state.ctm.animated());
+                self.systems.insert("world".into(), *self.state.ctm.animated());
                 Ok(())
             }
         }
@@ -431,10 +429,10 @@ impl<'a, 'b> Builder<'a, 'b> {
         Ok(values)
     }
 
-    fn params(&mut self, owner: String, span: Span, defaults: Option<&str>) -> Result<ParamSet> {
+    fn params(&mut self, owner: &str, span: Span, defaults: Option<&str>) -> Result<ParamSet> {
         let context = Context { color_space: self.state.color_space, base: &self.base };
         let list = parameter::parse_list(&mut self.reader, &context, self.warnings)?;
-        let mut params = ParamSet::new(owner, span, list);
+        let mut params = ParamSet::new(self.reader.name(owner), span, list);
         if let Some(slot) = defaults.and_then(|target| ATTRIBUTE_TARGETS.iter().position(|t| *t == target)) {
             params.add_defaults(&self.state.defaults[slot]);
         }
@@ -444,8 +442,8 @@ impl<'a, 'b> Builder<'a, 'b> {
     fn entity(&mut self, directive: &str, span: Span, defaults: Option<&str>) -> Result<Entity> {
         let (kind, _) = self.reader.expect_string("a type")?;
         self.notice_age(directive, &kind, span);
-        let params = self.params(format!("{directive} \"{kind}\""), span, defaults)?;
-        Ok(Entity { kind, params })
+        let params = self.params(&format!("{directive} \"{kind}\""), span, defaults)?;
+        Ok(Entity { kind: self.reader.name(&kind), params })
     }
 
     /// Says of the first type that only pbrt-v3 has that the scene is of that version.
@@ -498,7 +496,7 @@ impl<'a, 'b> Builder<'a, 'b> {
 
     fn camera(&mut self, span: Span) -> Result<()> {
         let entity = self.once(Directive::Camera, span)?;
-        let transform = self.state.ctm.animated();
+        let transform = *self.state.ctm.animated();
         let inverse = Animated { start: transform.start.inverse(), end: transform.end.inverse() };
         if !(inverse.start.is_finite() && inverse.end.is_finite()) {
             let what = "the camera's transform cannot be inverted: it flattens space";
@@ -560,21 +558,20 @@ impl<'a, 'b> Builder<'a, 'b> {
     }
 }
 
-/// Refuses one more where `list` is about to grow beyond the memory that is left: text that is included again and again costs the file
+/// Adds `one` to `list`. Refuses where that is about to grow beyond the memory that is left: text that is included again and again costs the file
 /// nothing and the memory much. Each of the list's `T` holds about `heap` bytes besides.
-fn room_for_more<T>(list: &[T], capacity: usize, heap: usize, span: Span) -> Result<()> {
-    if list.len() < capacity || list.len() < FEW_ENTITIES {
-        return Ok(());
-    }
-    // It is copied to one twice as long, which will then fill.
-    let needed = (capacity * (2 * size_of::<T>() + heap)) as u64;
-    match available() {
-        Some(left) if left < needed => {
-            let what = format!("the scene fills the memory with {} shapes, instances or lights", list.len());
-            Err(SceneError::at(span, SceneErrorKind::Limit(what)))
+fn store<T>(list: &mut Vec<T>, one: T, heap: usize, span: Span) -> Result<()> {
+    if list.len() == list.capacity() && list.len() >= FEW_ENTITIES {
+        // By half: twice as much would mostly stay empty.
+        let more = list.len() / 2;
+        let needed = ((list.len() + more) * size_of::<T>() + more * heap) as u64;
+        if available().is_some_and(|left| left < needed) || list.try_reserve_exact(more).is_err() {
+            let what = format!("the scene fills the memory with {} shapes, instances, lights or materials", list.len());
+            return Err(SceneError::at(span, SceneErrorKind::Limit(what)));
         }
-        _ => Ok(()),
     }
+    list.push(one);
+    Ok(())
 }
 
 fn syntax<T>(span: Span, message: impl Into<String>) -> Result<T> {

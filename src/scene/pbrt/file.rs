@@ -15,10 +15,10 @@ use crate::system::memory::available;
 pub const LARGEST_FILE: u64 = 4 << 30;
 
 /// A compressed file may grow freely up to this size …
-const UNSUSPICIOUS: u64 = 64 << 20;
+const UNSUSPICIOUS: u64 = 8 << 20;
 
 /// … and beyond it by at most this factor. Scene text and meshes compress 3 to 20 fold, deflate's worst case is 1032.
-const LARGEST_RATIO: u64 = 200;
+const LARGEST_RATIO: u64 = 64;
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 

@@ -1,6 +1,8 @@
 //! Parameter lists: `"type name" value` or `"type name" [values]`, read straight into packed arrays of the declared
 //! type.
 
+use std::path::Path;
+
 use super::lexer::{self, TokenKind, shown, unescape};
 use super::older::UPGRADE;
 use super::reader::{Reader, folder_of};
@@ -18,7 +20,7 @@ pub struct Context<'a> {
     /// The colour space that RGB is given in.
     pub color_space: &'a RgbColorSpace,
     /// The folder of the main scene file, where spectrum files are looked for.
-    pub base: &'a std::path::Path,
+    pub base: &'a Path,
 }
 
 fn syntax<T>(span: Span, message: impl Into<String>) -> Result<T> {
@@ -162,7 +164,7 @@ pub fn parse_one(reader: &mut Reader, declaration: &str, span: Span, context: &C
                 .map_err(|e: Box<SceneError>| e.help(super::directive::did_you_mean(type_name, &known)));
         }
     };
-    Ok(Param::new(name, type_name, value, span))
+    Ok(Param::new(reader.name(name), reader.name(type_name), value, span))
 }
 
 /// Calls `each` with kind, text and place of the values: one token, or those between brackets.
@@ -253,7 +255,7 @@ fn spectra(reader: &mut Reader, span: Span, context: &Context) -> Result<Vec<Spe
         return Ok(vec![pairs(&numbers, span)?]);
     }
     let folder = reader.folder();
-    names.into_iter().map(|(name, at)| named_or_file(&name, at, context, &folder)).collect()
+    names.into_iter().map(|(name, at)| named_or_file(&name, at, context, &folder, reader)).collect()
 }
 
 fn pairs(numbers: &[f32], span: Span) -> Result<Spectrum> {
@@ -273,12 +275,20 @@ fn pairs(numbers: &[f32], span: Span) -> Result<Spectrum> {
     Ok(Spectrum::Samples(pairs.iter().map(|&[wavelength, value]| (wavelength, value)).collect()))
 }
 
-fn named_or_file(name: &str, at: Span, context: &Context, folder: &std::path::Path) -> Result<Spectrum> {
+fn named_or_file(name: &str, at: Span, context: &Context, folder: &Path, reader: &mut Reader) -> Result<Spectrum> {
+    // A name stands for one thing all over a scene, a path for one file.
+    if let Some(spectrum) = reader.spectra.get(Path::new(name)) {
+        return Ok(spectrum.clone());
+    }
     if let Some(spectrum) = Spectrum::named(name) {
+        reader.spectra.insert(name.into(), spectrum.clone());
         return Ok(spectrum);
     }
     let beside_scene = locate(context.base, name);
     let path = if beside_scene.exists() { beside_scene } else { locate(folder, name) };
+    if let Some(spectrum) = reader.spectra.get(&path) {
+        return Ok(spectrum.clone());
+    }
     if !path.is_file() {
         return Err(SceneError::at(
             at,
@@ -290,22 +300,31 @@ fn named_or_file(name: &str, at: Span, context: &Context, folder: &std::path::Pa
         e.span.get_or_insert(at);
         e
     };
-    let file_text = super::file::read_text(&path, super::file::Source::Regular).map_err(placed)?;
-    let Ok(text) = file_text else {
+    let Some(text) = reader.aside(&path).map_err(placed)? else {
         return wrong(at, format!("the spectrum file {} is not text", folder_of(&path).join(name).display()));
     };
+    let numbers = spectrum_of_file(text, &path).or_else(|message| wrong(at, message))?;
+    let spectrum = pairs(&numbers, at).map_err(|mut e| {
+        e.help = Some(format!("in the spectrum file {}", path.display()));
+        e
+    })?;
+    reader.spectra.insert(path, spectrum.clone());
+    Ok(spectrum)
+}
+
+/// The numbers in the text of the spectrum file `path`, pairs of wavelength and value; what follows a `#` on its line is a comment.
+///
+/// # Errors
+/// Something that is no number, with its place in the file.
+pub(crate) fn spectrum_of_file(text: &str, path: &Path) -> std::result::Result<Vec<f32>, String> {
     let mut numbers = Vec::new();
     for (index, line) in text.lines().enumerate() {
         let code = line.split('#').next().unwrap_or("");
         for entry in code.split([' ', '\t', '\r', ',']).filter(|w| !w.is_empty()) {
-            match lexer::number::<f32>(entry) {
-                Ok(value) => numbers.push(value),
-                Err(message) => return wrong(at, format!("{}:{}: {message}", path.display(), index + 1)),
-            }
+            let value =
+                lexer::number(entry).map_err(|message| format!("{}:{}: {message}", path.display(), index + 1))?;
+            numbers.push(value);
         }
     }
-    pairs(&numbers, at).map_err(|mut e| {
-        e.help = Some(format!("in the spectrum file {}", path.display()));
-        e
-    })
+    Ok(numbers)
 }

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use super::file::{self, Source};
 use super::lexer::{Lexer, Token, TokenKind};
-use crate::scene::{FileId, SceneError, SceneErrorKind, Sources, Span};
+use crate::math::spectrum::Spectrum;
+use crate::scene::{FileId, Name, Names, SceneError, SceneErrorKind, Sources, Span};
 
 /// How many files may be open within each other.
 pub const DEEPEST_INCLUDE: usize = 64;
@@ -34,6 +35,9 @@ pub struct Reader<'a> {
     frames: Vec<Frame>,
     peeked: Option<Token>,
     known: HashMap<PathBuf, FileId>,
+    names: Names,
+    /// Named spectra and those of files, by path, as far as they were asked for.
+    pub(super) spectra: HashMap<PathBuf, Spectrum>,
     distinct_bytes: u64,
     read_bytes: u64,
     includes: u32,
@@ -50,6 +54,8 @@ impl<'a> Reader<'a> {
             frames: Vec::new(),
             peeked: None,
             known: HashMap::new(),
+            names: Names::default(),
+            spectra: HashMap::new(),
             distinct_bytes: 0,
             read_bytes: 0,
             includes: 0,
@@ -91,19 +97,12 @@ impl<'a> Reader<'a> {
             Some(&file) => file,
             None => {
                 let source = if self.frames.is_empty() { Source::Any } else { Source::Regular };
-                let text = file::read_text(path, source)?;
-                let (text, bad) = match text {
-                    Ok(text) => (text, None),
-                    Err((line, column, text)) => (text, Some((line, column))),
-                };
-                self.distinct_bytes += text.len() as u64;
-                let file = self.sources.add(path, text);
+                let (file, bad) = self.register(path, source)?;
                 if let Some((line, column)) = bad {
                     let span = Span { file, line, column, length: 1 };
                     let what = SceneErrorKind::Syntax("this byte is not valid UTF-8 text".into());
                     return Err(SceneError::at(span, what).help("scene files are UTF-8; is this a binary file?"));
                 }
-                self.known.insert(path.to_owned(), file);
                 file
             }
         };
@@ -111,6 +110,35 @@ impl<'a> Reader<'a> {
         self.read_bytes += text.len() as u64;
         self.frames.push(Frame { lexer: Lexer::new(file, text), path: path.to_owned(), import });
         Ok(())
+    }
+
+    /// Reads a file and adds it to the sources; also says where it is no text.
+    fn register(&mut self, path: &Path, source: Source) -> Result<(FileId, Option<(u32, u32)>)> {
+        let (text, bad) = match file::read_text(path, source)? {
+            Ok(text) => (text, None),
+            Err((line, column, text)) => (text, Some((line, column))),
+        };
+        self.distinct_bytes += text.len() as u64;
+        let file = self.sources.add(path, text);
+        if bad.is_none() {
+            self.known.insert(path.to_owned(), file);
+        }
+        Ok((file, bad))
+    }
+
+    /// The text of a file that a parameter names, which is one of the scene's sources too: a spectrum's. `None` where it is no text.
+    ///
+    /// # Errors
+    /// The file cannot be read or is too large.
+    pub fn aside(&mut self, path: &Path) -> Result<Option<&str>> {
+        let file = match self.known.get(path) {
+            Some(&file) => file,
+            None => match self.register(path, Source::Regular)? {
+                (file, None) => file,
+                (_, Some(_)) => return Ok(None),
+            },
+        };
+        Ok(Some(self.sources.text(file)))
     }
 
     /// The next token; `None` at the end of the scene or of an imported file (see [`Reader::leave_import`]).
@@ -171,6 +199,11 @@ impl<'a> Reader<'a> {
             return Err(SceneError::at(token.span, what));
         }
         Ok((super::lexer::unescape(self.text(&token), token.span)?, token.span))
+    }
+
+    /// `text` as a name, shared with all others that say the same.
+    pub fn name(&mut self, text: &str) -> Name {
+        self.names.get(text)
     }
 
     /// The text of a token, without its quotes.

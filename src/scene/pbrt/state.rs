@@ -10,22 +10,25 @@ use crate::math::transform::Animated;
 use crate::scene::{MediumInterface, Param, ParamSet};
 
 /// The two current transformation matrices (at start and end of the interval) and which of them directives change.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Ctm {
     keys: [DMat4; 2],
     active: [bool; 2],
+    /// The keys, once something asked for them.
+    shared: Option<Arc<Animated>>,
 }
 
 impl Default for Ctm {
     fn default() -> Self {
-        Self { keys: [DMat4::IDENTITY; 2], active: [true; 2] }
+        Self { keys: [DMat4::IDENTITY; 2], active: [true; 2], shared: None }
     }
 }
 
 impl Ctm {
-    /// Both keys.
-    pub fn animated(&self) -> Animated {
-        Animated { start: self.keys[0], end: self.keys[1] }
+    /// Both keys: in memory once for all that stands between two changes.
+    pub fn animated(&mut self) -> Arc<Animated> {
+        let [start, end] = self.keys;
+        self.shared.get_or_insert_with(|| Arc::new(Animated { start, end })).clone()
     }
 
     /// Sets which keys directives change.
@@ -46,10 +49,12 @@ impl Ctm {
     /// Replaces both keys.
     pub fn restore(&mut self, saved: &Animated) {
         self.keys = [saved.start, saved.end];
+        self.shared = None;
     }
 
     fn change(&mut self, f: impl Fn(DMat4) -> DMat4) -> bool {
         let mut finite = true;
+        self.shared = None;
         for (key, active) in self.keys.iter_mut().zip(self.active) {
             if active {
                 *key = f(*key);

@@ -7,6 +7,7 @@
 
 mod bytes;
 mod codec;
+mod describe;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -20,6 +21,7 @@ use super::sparse::SparseGrid;
 use crate::system::input::read_regular;
 use crate::system::memory::available;
 use bytes::Bytes;
+pub use describe::describe;
 
 /// A grid of numbers.
 #[derive(Clone, Debug)]
@@ -32,6 +34,21 @@ pub struct NanoGrid {
     pub voxels: Arc<SparseGrid<f32>>,
     /// Whether it was a level set, and is a fog volume now.
     pub was_level_set: bool,
+    /// What else it says of itself.
+    pub facts: Facts,
+}
+
+/// What a grid says of itself, for people: nothing is made of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// NanoVDB's word for the type of its values.
+    pub value_type: &'static str,
+    /// NanoVDB's word for its class, before any conversion.
+    pub class: &'static str,
+    /// Active voxels, tiles' included.
+    pub active_voxels: u64,
+    /// Bounding box of active voxels, inclusive; `None` where there are none.
+    pub bounds: Option<([i32; 3], [i32; 3])>,
 }
 
 /// What is known of a grid that is not read.
@@ -41,6 +58,8 @@ pub struct Skipped {
     pub name: String,
     /// Why.
     pub reason: String,
+    /// What else it says of itself.
+    pub facts: Facts,
 }
 
 /// What a file holds.
@@ -56,10 +75,28 @@ const MAGICS: [u64; 2] = [u64::from_le_bytes(*b"NanoVDB0"), u64::from_le_bytes(*
 const HEADER: usize = 16;
 const METADATA: usize = 176;
 const GRID_DATA: usize = 672;
+/// A grid may unpack freely to this many bytes …
+const UNSUSPICIOUS: u64 = 256 << 20;
+/// … and beyond it to this many for each of its packed ones. Nodes are mostly empty and pack to little, but of large grids leaves are the most.
+const MOST_A_BYTE: u64 = 100;
 /// The version of the layout.
 const MAJOR: u32 = 32;
 
 const GRID_CLASS_LEVEL_SET: u32 = 1;
+
+/// Words for the classes of grids, by number; as OpenVDB has them where it has the class.
+const CLASSES: [&str; 10] = [
+    "unknown",
+    "level set",
+    "fog volume",
+    "staggered",
+    "point index",
+    "point data",
+    "topology",
+    "voxel volume",
+    "index grid",
+    "tensor grid",
+];
 
 /// Words for the types of grids, by number.
 const TYPES: [&str; 20] = [
@@ -78,7 +115,8 @@ pub fn read(path: &Path) -> Result<NanoFile, String> {
     parse(&bytes, limit)
 }
 
-fn parse(file: &[u8], limit: u64) -> Result<NanoFile, String> {
+/// [`read`] from bytes; no grid of more than `limit` bytes is read.
+pub(crate) fn parse(file: &[u8], limit: u64) -> Result<NanoFile, String> {
     let mut found = NanoFile::default();
     let mut rest = Bytes(file);
     loop {
@@ -104,6 +142,9 @@ fn parse(file: &[u8], limit: u64) -> Result<NanoFile, String> {
             let (size, stored) = (one.u64(0)?, usize::try_from(one.u64(8)?).map_err(|_| bytes::cut())?);
             if size > limit {
                 return Err(format!("a grid of {size} bytes is more than memory holds"));
+            }
+            if size > UNSUSPICIOUS.max(MOST_A_BYTE.saturating_mul(stored as u64)) {
+                return Err(format!("a grid of {size} bytes in {stored}: refused as it looks made to fill the memory"));
             }
             let packed = rest.part(at, stored)?;
             let grid = codec::unpack(codec, packed.0, size as usize)?;
@@ -138,9 +179,12 @@ fn read_grid(grid: &Bytes<'_>) -> Result<Result<NanoGrid, Skipped>, String> {
     let name = String::from_utf8_lossy(name.split(|&b| b == 0).next().unwrap_or_default()).into_owned();
     let class = grid.u32(632)?;
     let number = grid.u32(636)?;
+    let word = |words: &[&'static str], number: u32| words.get(number as usize).copied().unwrap_or("unknown");
+    let (active_voxels, bounds) = tree::extent(grid, GRID_DATA).unwrap_or_default();
+    let facts = Facts { value_type: word(&TYPES, number), class: word(&CLASSES, class), active_voxels, bounds };
     let Some(kind) = tree::Kind::of(number) else {
-        let word = TYPES.get(number as usize).copied().unwrap_or("unknown");
-        return Ok(Err(Skipped { name, reason: format!("its values are of type \"{word}\", not numbers") }));
+        let reason = format!("its values are of type \"{}\", not numbers", facts.value_type);
+        return Ok(Err(Skipped { name, reason, facts }));
     };
     // After 22 single numbers the map has its matrix in double precision, row by row, then the same of its inverse, and what it adds.
     const MAP: usize = 296 + 22 * 4;
@@ -151,5 +195,5 @@ fn read_grid(grid: &Bytes<'_>) -> Result<Result<NanoGrid, Skipped>, String> {
     let world_from_index = DAffine3 { matrix3, translation: DVec3::from_array(moved) };
     let is_level_set = class == GRID_CLASS_LEVEL_SET;
     let voxels = tree::voxels(grid, GRID_DATA, kind, is_level_set)?;
-    Ok(Ok(NanoGrid { name, world_from_index, voxels: Arc::new(voxels), was_level_set: is_level_set }))
+    Ok(Ok(NanoGrid { name, world_from_index, voxels: Arc::new(voxels), was_level_set: is_level_set, facts }))
 }

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use glam::IVec3;
 
-use super::bytes::{Bytes, cut};
+use super::bytes::{Bytes, all, cut};
 use crate::medium::grid::sparse::{LEAF_SIZE, SparseGrid, TileOf};
 
 /// How values are stored.
@@ -123,6 +123,20 @@ pub(super) fn voxels(grid: &Bytes<'_>, tree: usize, kind: Kind, is_level_set: bo
     }
     Ok(SparseGrid::new(outside, origins, values, tiles))
 }
+
+/// Active voxels of the tree that begins at `tree`, and their box.
+pub(super) fn extent(grid: &Bytes<'_>, tree: usize) -> Result<(u64, Option<Box3>), String> {
+    // After four distances, and how many nodes and tiles there are of three kinds.
+    let count = grid.u64(tree + 56)?;
+    let root = offset(tree, grid.i64(tree + 24)?)?;
+    let corner = |at: usize| all(|axis| grid.u32(at + 4 * axis).map(|x| x as i32));
+    let (low, high): ([i32; 3], [i32; 3]) = (corner(root)?, corner(root.checked_add(12).ok_or_else(cut)?)?);
+    let is_box = (0..3).all(|axis| low[axis] <= high[axis]);
+    Ok((count, is_box.then_some((low, high))))
+}
+
+/// Low and high corner, inclusive.
+type Box3 = ([i32; 3], [i32; 3]);
 
 fn offset(from: usize, distance: i64) -> Result<usize, String> {
     isize::try_from(distance).ok().and_then(|d| from.checked_add_signed(d)).ok_or_else(cut)

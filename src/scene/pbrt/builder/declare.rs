@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{BY_NAME, Builder, Opened, PARAMETERS, Result, room_for_more, syntax};
+use super::{BY_NAME, Builder, Opened, PARAMETERS, Result, store, syntax};
 use crate::scene::pbrt::directive::did_you_mean;
 use crate::scene::pbrt::lexer::TokenKind;
 use crate::scene::pbrt::older::UPGRADE;
@@ -18,26 +18,30 @@ const DEEPEST_OBJECT: u32 = 64;
 impl Builder<'_, '_> {
     pub(super) fn make_named_material(&mut self, span: Span) -> Result<()> {
         let (name, at) = self.reader.expect_string("a material's name")?;
-        let params = self.params(format!("MakeNamedMaterial \"{name}\""), span, Some("material"))?;
+        let params = self.params(&format!("MakeNamedMaterial \"{name}\""), span, Some("material"))?;
         let kind = required_type(&params, at)?;
         self.notice_age("Material", &kind, span);
         if self.material_names.insert(name.clone(), self.scene.materials.len() as u32).is_some() {
             return redefined(at, "material", &name);
         }
-        self.scene.materials.push(MaterialEntity { name: Some(name), entity: Entity { kind, params } });
-        Ok(())
+        let entity = Entity { kind: self.reader.name(&kind), params };
+        store(&mut self.scene.materials, MaterialEntity { name: Some(name), entity }, PARAMETERS, span)
     }
 
     pub(super) fn make_named_medium(&mut self, span: Span) -> Result<()> {
         let (name, at) = self.reader.expect_string("a medium's name")?;
-        let params = self.params(format!("MakeNamedMedium \"{name}\""), span, Some("medium"))?;
+        let params = self.params(&format!("MakeNamedMedium \"{name}\""), span, Some("medium"))?;
         let kind = required_type(&params, at)?;
         self.notice_age("MakeNamedMedium", &kind, span);
         if self.medium_names.insert(name.clone(), self.scene.media.len() as u32).is_some() {
             return redefined(at, "medium", &name);
         }
-        let transform = self.state.ctm.animated();
-        self.scene.media.push(MediumEntity { name, entity: Entity { kind, params }, transform });
+        let transform = *self.state.ctm.animated();
+        self.scene.media.push(MediumEntity {
+            name,
+            entity: Entity { kind: self.reader.name(&kind), params },
+            transform,
+        });
         Ok(())
     }
 
@@ -97,20 +101,17 @@ impl Builder<'_, '_> {
             let error = SceneError::at(at, what);
             return Err(if known.is_empty() { error } else { error.help(did_you_mean(&name, &known)) });
         };
-        room_for_more(&self.scene.instances, self.scene.instances.capacity(), 0, span)?;
         let instance =
             InstanceEntity { object, transform: self.state.ctm.animated(), links: self.state.links.clone(), span };
         let Some(outer) = &mut self.object else {
-            self.scene.instances.push(instance);
-            return Ok(());
+            return store(&mut self.scene.instances, instance, 0, span);
         };
         self.object_depth = self.object_depth.max(self.object_depths[object as usize] + 1);
         if self.object_depth > DEEPEST_OBJECT {
             let what = SceneErrorKind::Limit(format!("more than {DEEPEST_OBJECT} objects within each other"));
             return Err(SceneError::at(span, what));
         }
-        outer.instances.push(instance);
-        Ok(())
+        store(&mut outer.instances, instance, 0, span)
     }
 
     pub(super) fn shape(&mut self, span: Span) -> Result<()> {
@@ -137,8 +138,6 @@ impl Builder<'_, '_> {
                 area_light = Some(*place);
             }
         }
-        let list = self.object.as_ref().map_or(&self.scene.shapes, |object| &object.shapes);
-        room_for_more(list, list.capacity(), PARAMETERS, span)?;
         let shape = ShapeEntity {
             entity,
             transform: self.state.ctm.animated(),
@@ -147,11 +146,8 @@ impl Builder<'_, '_> {
             area_light,
             medium_interface: self.state.medium_interface.clone(),
         };
-        match &mut self.object {
-            Some(object) => object.shapes.push(shape),
-            None => self.scene.shapes.push(shape),
-        }
-        Ok(())
+        let list = self.object.as_mut().map_or(&mut self.scene.shapes, |object| &mut object.shapes);
+        store(list, shape, PARAMETERS, span)
     }
 
     pub(super) fn texture(&mut self, span: Span) -> Result<()> {
@@ -170,7 +166,7 @@ impl Builder<'_, '_> {
         };
         let (kind, _) = self.reader.expect_string("a texture's class")?;
         self.notice_age("Texture", &kind, span);
-        let params = self.params(format!("Texture \"{name}\" \"{kind}\""), span, Some("texture"))?;
+        let params = self.params(&format!("Texture \"{name}\" \"{kind}\""), span, Some("texture"))?;
         for param in params.iter() {
             if let ParamValue::Texture(other) = &param.value
                 && ![true, false].iter().any(|s| self.texture_names.contains_key(&(other.clone(), *s)))
@@ -182,8 +178,13 @@ impl Builder<'_, '_> {
         if self.texture_names.insert((name.clone(), is_spectrum), self.scene.textures.len() as u32).is_some() {
             return redefined(at, &format!("{type_name} texture"), &name);
         }
-        let transform = self.state.ctm.animated();
-        self.scene.textures.push(TextureEntity { name, is_spectrum, entity: Entity { kind, params }, transform });
+        let transform = *self.state.ctm.animated();
+        self.scene.textures.push(TextureEntity {
+            name,
+            is_spectrum,
+            entity: Entity { kind: self.reader.name(&kind), params },
+            transform,
+        });
         Ok(())
     }
 }

@@ -30,7 +30,7 @@ fn parameter_values() {
     assert_eq!(value("c"), ParamValue::Spectrum(rgb.to_vec()));
     assert_eq!(value("b"), ParamValue::Spectrum(vec![Spectrum::Blackbody(2700.0)]));
     assert_eq!(value("g"), ParamValue::Spectrum(vec![Spectrum::named("glass-BK7").unwrap()]));
-    assert_eq!(value("p"), ParamValue::Spectrum(vec![Spectrum::Samples(vec![(400.0, 1.0), (700.0, 0.5)])]));
+    assert_eq!(value("p"), ParamValue::Spectrum(vec![Spectrum::Samples([(400.0, 1.0), (700.0, 0.5)].into())]));
     assert_eq!(params.owner, "Shape \"sphere\"");
     assert_eq!((params.span.line, params.span.column, params.span.length), (2, 1, 5));
     assert_eq!(params.get("i").unwrap().span.column, 41);
