@@ -230,7 +230,8 @@ mod volumes {
     fn damaged_volumes() {
         let folder = Folder::new("vdb");
         // The worker that reads them believes lengths as far as its own limit.
-        let mut faults = Faults { memory: 4 << 30, ..Faults::default() };
+        let mut faults = Faults::default();
+        faults.memory = 4 << 30;
         folder.write("scene.pbrt", format!("{HEAD}{VOLUME}"));
         for compression in [Compression::Blosc, Compression::Zip] {
             let whole = write(&folder, compression, |x, y, z| (x + y * z) as f32 * 0.01);

@@ -196,9 +196,7 @@ mod openvdb_files {
             write(&folder, grids);
             let bytes = folder.read("a.vdb").len();
             folder.write("scene.pbrt", scene("openvdb", "a.vdb", more));
-            // Bounds of what moves are looked for cube by cube.
-            let seconds = if what.ends_with("that move") { 20 } else { 2 };
-            faults.render_within(&folder, what, Orderly, seconds);
+            faults.render(&folder, what, Orderly);
             println!("{what:<44} {bytes:8} bytes: {}", faults.tally());
         }
     }

@@ -28,7 +28,8 @@ pub const FARTHEST: f64 = 1024.0;
 /// Of more cells than this a cell's bound is not looked for one by one.
 const MOST_CELLS: i64 = 1 << 15;
 
-/// More cells than this are not looked at in all for large cubes of one speed: those that are left are raised as they are.
+/// For large cubes of one speed no more cells than this are looked at in all: of half of them part by part, then for each cube as a whole, and what is left
+/// has the bound of the whole medium.
 const MOST_LOOKS: i64 = 1 << 24;
 
 impl Motion {
@@ -88,7 +89,8 @@ fn dilated(bounds: &Majorants, distances: &Majorants) -> Majorants {
         }
         let around = reach(distance);
         // Cell by cell of the finest there are, up to a size where that would take too long.
-        let step = if looks < MOST_LOOKS { 8.max(edge / 16) } else { edge };
+        let step = if looks < MOST_LOOKS / 2 { 8.max(edge / 16) } else { edge };
+        let knows = edge <= 8 || looks < MOST_LOOKS;
         if edge > 8 {
             let cells_around = (i64::from(step) + 2 * i64::from(around)) / 8 + 1;
             looks += i64::from(edge / step).pow(3) * cells_around.pow(3).min(MOST_CELLS);
@@ -98,11 +100,8 @@ fn dilated(bounds: &Majorants, distances: &Majorants) -> Majorants {
                 for z in 0..edge / step {
                     let low = low + step * IVec3::new(x, y, z);
                     let high = low + (step - 1);
-                    let most = largest_within(
-                        bounds,
-                        low.saturating_sub(IVec3::splat(around)),
-                        high.saturating_add(IVec3::splat(around)),
-                    );
+                    let (a, b) = (low.saturating_sub(IVec3::splat(around)), high.saturating_add(IVec3::splat(around)));
+                    let most = if knows { largest_within(bounds, a, b) } else { bounds.largest() };
                     if most > bounds.background() {
                         out.raise_voxels(low, high, most);
                     }
