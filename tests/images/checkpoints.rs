@@ -63,7 +63,7 @@ fn goes_on(what: &str, text: &str, options: &Options) {
     let uninterrupted =
         prepare(&file, options).render(options.seed, Budget::Samples(options.spp), &AtomicBool::new(false), &Silent);
     let (expected, counters, spp, iterations) = whole(&uninterrupted);
-    for steps in [[1, 2, 3], [7, 11, 4], [30, 1, 17]] {
+    for steps in [[1, 2, 3], [7, 11, 4], [13, 1, 9]] {
         let path = folder.path().join(format!("{}.checkpoint", steps[0]));
         let mut stops = 0;
         let outcome = loop {
