@@ -89,7 +89,8 @@ impl Job {
                 Pass { job: self, seed, samples, step: 0..0, interrupt, held: &|| false, tracking: &tracking, learns };
             while !step.is_empty() {
                 context.step = step.clone();
-                context.run(&mut film, &mut guides, &mut vec![false; film.tiles().len()]);
+                let mut ended = vec![false; film.tiles().len()];
+                context.run(&mut film, &mut guides, &mut ended);
                 step = pass::step(&context.samples, step.end);
             }
             if interrupt.load(Ordering::Relaxed) {
