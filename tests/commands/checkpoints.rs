@@ -60,9 +60,9 @@ fn survives(name: &str, text: &str) {
     folder.write("s.pbrt", text);
     let spp = ["--spp", "64"];
     let start = Instant::now();
-    folder.run(&render(&[&spp[..], &["-o", "whole.exr", "--checkpoint", "off"]].concat()[..])).code(0);
+    folder.run(&render(&[&spp[..], &["--checkpoint", "off"]].concat())).code(0);
     let whole = start.elapsed();
-    let expected = pixels(&folder, "whole.exr");
+    let expected = pixels(&folder, "out.exr");
     let kills = std::env::var("LANTERNFISH_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(KILLS);
     let mut random = Random(7);
     let (mut killed, mut rounds, mut went_on) = (0, 0, 0);

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::time::Duration;
 
-use lanternfish::cache_points::CacheSettings;
 use lanternfish::film::ChannelImage;
 use lanternfish::integrator::Counters;
 use lanternfish::render::checkpoint::{Identity, Interval, Keeper, read};
@@ -92,7 +91,7 @@ fn renders_go_on_to_the_same_bits() {
     let shot = Shot { from: [0.0, 0.6, -4.5], to: [0.0, 0.1, 0.0], fov: 45.0, size: 40, depth: 4 };
     let text = shot.scene(&world);
     let base = Options { spp: 16, ..Options::default() };
-    let points = Options { lights: LightSelection::CachePoints, cache: CacheSettings::default(), ..base.clone() };
+    let points = Options { lights: LightSelection::CachePoints, ..base.clone() };
     goes_on("as it comes", &text, &base);
     goes_on("cache points", &text, &points);
     let beside = Options { lights: LightSelection::Optimal, volume_sampling: VolumeSampling::Both, ..base.clone() };
