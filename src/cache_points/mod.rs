@@ -284,6 +284,23 @@ impl CachePoints {
         learn::update(self.settings.visibility, &self.hierarchy, &self.blur, &mut self.table)
     }
 
+    /// What was learned so far, to go on from another time.
+    pub const fn learned(&self) -> LearnedRef<'_> {
+        LearnedRef { table: &self.table, scatter: &self.scatter, iterations: self.iterations }
+    }
+
+    /// Goes on from what these very points learned another time; false, and nothing is changed, where they are others.
+    #[must_use]
+    pub fn relearn(&mut self, learned: Learned) -> bool {
+        let fits = learned.table.is_whole() && learned.table.offsets.len() == self.table.offsets.len();
+        if fits {
+            Learned { table: self.table, scatter: self.scatter, iterations: self.iterations } = learned;
+            self.statistics.describe(&self.table);
+            self.statistics.bytes = self.memory();
+        }
+        fits
+    }
+
     /// Whether rendering changes anything.
     pub fn learns(&self) -> bool {
         self.settings.visibility != VisibilityRule::Off
@@ -310,6 +327,22 @@ impl CachePoints {
             + self.scatter.as_ref().map_or(0, ScatterWeights::memory)
             + self.uniform.memory()
     }
+}
+
+/// What points have learned.
+#[derive(Debug, serde::Deserialize)]
+pub struct Learned {
+    table: Table,
+    scatter: Option<ScatterWeights>,
+    iterations: u32,
+}
+
+/// The same, where it is.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct LearnedRef<'a> {
+    table: &'a Table,
+    scatter: &'a Option<ScatterWeights>,
+    iterations: u32,
 }
 
 /// Seconds between steps.

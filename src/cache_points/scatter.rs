@@ -39,7 +39,7 @@ const NARROW: f32 = 0.05;
 pub type Phases = ArrayVec<f32, MOST_PHASES>;
 
 /// B of all entries, and their sums.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub struct ScatterWeights {
     phases: Phases,
     /// For each phase function, in the order of [`Table`]'s entries: the mean of ρ over the light, relative to isotropic scattering.

@@ -24,7 +24,7 @@ pub const PLANES: usize = 6;
 pub type Sensors = [f32; BINS];
 
 /// How often an entry was tried and how often its light arrived, in parts of a try ([`TRY`]). Integers, so the order of threads does not matter.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Counter {
     attempts: AtomicU32,
     successes: AtomicU32,
@@ -73,14 +73,14 @@ impl Counter {
 }
 
 /// An entry: a cluster less its number of lights, which follows from where the next entry begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Entry {
     first: u32,
     node: u32,
 }
 
 /// What the sensors of some entries receive.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Energies {
     /// Fluence of each entry, unoccluded.
     pub fluence: Vec<f32>,
@@ -89,7 +89,7 @@ pub struct Energies {
 }
 
 /// The lists of all points.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Table {
     /// Where each point's list starts, and where the last one ends.
     pub offsets: Vec<u32>,
@@ -175,6 +175,18 @@ pub fn range(offsets: &[u32], point: u32) -> Range<usize> {
 }
 
 impl Table {
+    /// Whether its arrays belong together.
+    pub fn is_whole(&self) -> bool {
+        let entries = self.entries.len();
+        let lists = |offsets: &[u32], end: usize| {
+            offsets.is_sorted() && offsets.first() == Some(&0) && offsets.last() == Some(&(end as u32))
+        };
+        lists(&self.offsets, entries)
+            && [self.counters.len(), self.visibility.len(), self.energies.fluence.len()] == [entries; 3]
+            && self.energies.shares.len() == PLANES * entries
+            && (self.near_offsets.is_empty() || lists(&self.near_offsets, self.near.len()))
+    }
+
     /// The lists of `count` points, each from `gather` for its number, with the counters that its entries begin with (missing ones at 0). `end` is
     /// one past the last place if no list leaves any out. No energies are known yet.
     pub fn gathered(count: usize, end: Option<u32>, gather: impl Fn(u32) -> (Gathered, Vec<Counter>) + Sync) -> Self {

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
+use super::checkpoint_arguments::CheckpointArguments;
 use super::texture_arguments::TextureArguments;
 use crate::bench::suite::Suite;
 use crate::bench::{Request, When};
@@ -122,6 +123,9 @@ pub struct RenderArguments {
     /// What images on surfaces may take.
     #[command(flatten)]
     pub textures: TextureArguments,
+    /// How it is kept.
+    #[command(flatten)]
+    pub checkpoints: CheckpointArguments,
     /// Which library traces rays [default: embree where built in].
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,

@@ -1,10 +1,10 @@
 //! Ctrl-C and requests to terminate. Before rendering there is nothing to keep: the process ends at once. While it renders, the
-//! first request stops it, so that the image so far is written, and a second one ends the process.
+//! first request stops it, so that the image so far and a checkpoint are written, and a second one ends the process. SIGHUP asks for a checkpoint alone.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGXFSZ};
 use signal_hook::iterator::Signals;
 
 use super::ExitStatus;
@@ -15,6 +15,8 @@ use crate::system::output::exit_at_once;
 pub struct Interrupts {
     /// Set by the first request while rendering.
     pub stop: AtomicBool,
+    /// Set by a request to keep what there is and go on.
+    pub keep: AtomicBool,
     rendering: AtomicBool,
 }
 
@@ -24,10 +26,14 @@ impl Interrupts {
         let state = Arc::new(Self::default());
         let heard = state.clone();
         // Where no handler can be installed, the default one ends the process: nothing is half-written.
-        let wanted = [SIGINT, SIGTERM, SIGHUP, SIGXFSZ].into_iter().filter(|&signal| !is_ignored(signal));
+        let wanted = [SIGINT, SIGTERM, SIGUSR1, SIGHUP, SIGXFSZ].into_iter().filter(|&signal| !is_ignored(signal));
         if let Ok(mut signals) = Signals::new(wanted) {
             std::thread::spawn(move || {
-                for _ in signals.forever().filter(|&signal| signal != SIGXFSZ) {
+                for signal in signals.forever().filter(|&signal| signal != SIGXFSZ) {
+                    if signal == SIGHUP && heard.rendering.load(Ordering::Relaxed) {
+                        heard.keep.store(true, Ordering::Relaxed);
+                        continue;
+                    }
                     let is_first = !heard.stop.swap(true, Ordering::Relaxed);
                     // Nothing is said here: whoever closed or stopped reading the error output must not keep the process alive.
                     if !(is_first && heard.rendering.load(Ordering::Relaxed)) {
@@ -37,6 +43,15 @@ impl Interrupts {
             });
         }
         state
+    }
+
+    /// Stops the render after this time, as the first request does.
+    pub fn stop_after(self: &Arc<Self>, time: std::time::Duration) {
+        let state = self.clone();
+        std::thread::spawn(move || {
+            std::thread::sleep(time);
+            state.stop.store(true, Ordering::Relaxed);
+        });
     }
 
     /// From now on there is something to keep.

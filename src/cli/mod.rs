@@ -2,6 +2,7 @@
 
 pub mod arguments;
 pub mod bench_command;
+mod checkpoint_arguments;
 pub mod diagnostics;
 pub mod images;
 pub mod info_command;

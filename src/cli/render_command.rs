@@ -7,6 +7,7 @@ use std::time::Instant;
 use bytesize::ByteSize;
 
 use super::arguments::RenderArguments;
+use super::checkpoint_arguments::{CheckpointArguments, beside};
 use super::diagnostics::{print_error, print_message, print_warnings, say, warning_lines};
 use super::interrupt::Interrupts;
 use super::{ExitStatus, progress};
@@ -18,6 +19,7 @@ use crate::integrator::Counters;
 use crate::integrator::path::MOST_BOUNCES;
 use crate::material::mip_map::cache::TileCacheStatistics;
 use crate::medium::regions::MAX_OVERLAP;
+use crate::render::checkpoint::{self, CheckpointError, Identity, Keeper};
 use crate::render::stats::Statistics;
 use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load};
 use crate::report::cache_points::{write_picture, write_ply};
@@ -34,7 +36,7 @@ pub fn run(arguments: &RenderArguments) -> ExitStatus {
         let replayed = replay(&arguments.scene, &settings, sample, &arguments.passes, &mut sources, &mut warnings);
         return report_end(replayed, &sources);
     }
-    let result = render(&arguments.scene, &settings, &mut sources, &mut warnings);
+    let result = render(arguments, &settings, &mut sources, &mut warnings);
     report_end(result, &sources)
 }
 
@@ -53,6 +55,7 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
                 | RenderError::Overlap { .. }
                 | RenderError::Replay(ReplayError::Pixel(..) | ReplayError::Sample(..))
                 | RenderError::Ending { .. } => ExitStatus::Usage,
+                RenderError::Checkpoint(_) => ExitStatus::BadInput,
                 RenderError::Replay(ReplayError::Interrupted) => ExitStatus::Interrupted,
                 RenderError::Trace(TraceError::Memory(_)) | RenderError::Threads(_) => ExitStatus::Limit,
                 RenderError::Trace(TraceError::Geometry(_)) => ExitStatus::BadInput,
@@ -63,11 +66,12 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
 }
 
 fn render(
-    path: &Path,
+    arguments: &RenderArguments,
     settings: &RenderSettings,
     sources: &mut Sources,
     warnings: &mut Warnings,
 ) -> Result<ExitStatus, RenderError> {
+    let path = arguments.scene.as_path();
     // What the command line names is known to be wrong before a scene is read.
     if let Some(wrong) = settings.output.as_deref().filter(|path| is_other_picture(path)) {
         return Err(RenderError::Ending { path: wrong.to_owned() });
@@ -84,8 +88,11 @@ fn render(
     let threads = settings.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let interrupts = Interrupts::listen();
+    if let Some(time) = arguments.checkpoints.exit_at {
+        interrupts.stop_after(time);
+    }
 
-    let (job, outcome, seed, output, cpu_seconds_rendering) = pool.install(|| {
+    let (job, outcome, seed, output, keeper, cpu_seconds_rendering) = pool.install(|| {
         let prepared = load(path, sources, warnings).and_then(|(scene, timings)| {
             let job = Job::prepare(&scene, settings, timings, warnings)?;
             Ok((job, inputs(&scene, sources)))
@@ -103,22 +110,36 @@ fn render(
         let png = settings.png_path(&output);
         let images = [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()];
         let outputs: Vec<&Path> = images.into_iter().flatten().chain(debug.iter().map(PathBuf::as_path)).collect();
-        refuse_overlap(&outputs, inputs.into_iter())?;
-        for file in outputs {
+        let kept = beside(&output);
+        let keeps = arguments.checkpoints.checkpoint.0.filter(|_| !is_device(&output));
+        let checkpoint = keeps.is_some().then_some(kept.as_path());
+        let all: Vec<&Path> = outputs.iter().copied().chain(checkpoint).collect();
+        refuse_overlap(&all, inputs.iter().cloned())?;
+        for file in all {
             check_writable(file)?;
         }
         let seed = settings.seed.unwrap_or(job.scene_seed);
+        let budget = if settings.budget == Budget::Scene { Budget::Samples(job.scene_spp) } else { settings.budget };
+        let identity = Identity::new(sources, &inputs, settings, budget, seed, &job.world.tracer.name());
+        let from = go_on_from(&arguments.checkpoints, &kept, &identity)?;
+        let keeper = keeps.map(|interval| Keeper::new(kept, identity, interval, &interrupts.keep));
         let listener = progress::listener(settings.quiet);
         interrupts.rendering_begins();
         let before = cpu_seconds();
-        let outcome = job.render(seed, settings.budget, &interrupts.stop, listener.as_ref());
-        Ok::<_, RenderError>((job, outcome, seed, output, cpu_seconds() - before))
+        let outcome = match &keeper {
+            Some(keeper) => {
+                job.render_kept(seed, settings.budget, &interrupts.stop, listener.as_ref(), keeper, from)?
+            }
+            None => job.render(seed, settings.budget, &interrupts.stop, listener.as_ref()),
+        };
+        Ok::<_, RenderError>((job, outcome, seed, output, keeper, cpu_seconds() - before))
     })?;
     let mut late = Warnings::default();
     job.world.materials.report_images(&mut late)?;
     if !settings.quiet {
         print_warnings(&late, sources);
     }
+    let is_kept = keeper.as_ref().filter(|_| outcome.interrupted).map(Keeper::settle).transpose()?.is_some();
     if outcome.interrupted && outcome.film.sample_count() == 0 {
         say("interrupted before anything was rendered: no image is written");
         return Ok(ExitStatus::Interrupted);
@@ -168,8 +189,36 @@ fn render(
             say(warning);
         }
         summarise(&output, &statistics, &outcome);
+        if is_kept {
+            say(format!("{}: --resume goes on from here", beside(&output).display()));
+        }
+    }
+    if let Some(keeper) = keeper.filter(|_| !outcome.interrupted) {
+        keeper.forget();
     }
     Ok(if outcome.interrupted { ExitStatus::Interrupted } else { ExitStatus::Done })
+}
+
+/// What was kept of this render, where it is to go on from there.
+fn go_on_from(
+    arguments: &CheckpointArguments,
+    path: &Path,
+    identity: &Identity,
+) -> Result<Option<checkpoint::Kept>, RenderError> {
+    if !arguments.resume && !arguments.recover {
+        return Ok(None);
+    }
+    match checkpoint::read(path, identity) {
+        Ok(None) if arguments.resume => {
+            Err(CheckpointError::Unreadable { path: path.to_owned(), reason: "there is no such file".to_owned() }
+                .into())
+        }
+        Err(error) if arguments.recover => {
+            say(format!("warning: {error}; rendering from the start"));
+            Ok(None)
+        }
+        found => Ok(found?),
+    }
 }
 
 /// Renders one sample again and prints how it comes about.

@@ -41,7 +41,8 @@ impl SampleResult {
 }
 
 /// Mean and variance of the beauty over some samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Moments {
     /// Number of samples.
     pub count: u64,
@@ -86,7 +87,8 @@ impl Moments {
 }
 
 /// Sums of the AOVs of a pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct AovSums {
     pub(super) direct: DVec3,
     pub(super) indirect: DVec3,

@@ -37,7 +37,8 @@ impl SurfaceSample {
 }
 
 /// Sums over the samples of a pixel that met a surface first.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct SurfaceSums {
     p: DVec3,
     ng: DVec3,

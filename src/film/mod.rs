@@ -22,12 +22,13 @@ pub use exr::ChannelImage;
 pub use filter::{FilterSample, PixelFilter};
 pub use settings::{FilmOverrides, FilmSettings, Sensor};
 
+use crate::system::plain_bytes;
 use accumulate::AovSums;
 use gbuffer::SurfaceSums;
 use signed::SignedSums;
 
 /// A rectangle of pixels, counted from the top left corner of the full image; `x1`, `y1` are just outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct PixelBounds {
     /// First column.
     pub x0: u32,
@@ -80,15 +81,19 @@ impl PixelBounds {
 pub const TILE_SIZE: u32 = 16;
 
 /// A square of the film with what its pixels have gathered.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct FilmTile {
     bounds: PixelBounds,
+    #[serde(with = "plain_bytes")]
     beauty: Vec<Moments>,
     /// Empty where the render has no AOVs.
+    #[serde(with = "plain_bytes")]
     aovs: Vec<AovSums>,
     /// Empty but for a `gbuffer` film.
+    #[serde(with = "plain_bytes")]
     surfaces: Vec<SurfaceSums>,
     /// Empty but for filters with negative lobes.
+    #[serde(with = "plain_bytes")]
     signed: Vec<SignedSums>,
     rejected: u64,
     first_rejected: Option<RejectedSample>,
@@ -132,7 +137,7 @@ impl FilmTile {
 }
 
 /// A sample that was NaN or infinite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RejectedSample {
     /// In the full image.
     pub pixel: [u32; 2],
@@ -198,6 +203,19 @@ impl Film {
     /// The tiles, to look at.
     pub fn tiles(&self) -> &[FilmTile] {
         &self.tiles
+    }
+
+    /// Goes on from tiles of another film of the same kind; false, and nothing is changed, where they are not.
+    #[must_use]
+    pub fn restore(&mut self, tiles: Vec<FilmTile>) -> bool {
+        let shape = |tile: &FilmTile| {
+            (tile.bounds, [tile.beauty.len(), tile.aovs.len(), tile.surfaces.len(), tile.signed.len()])
+        };
+        let fits = tiles.len() == self.tiles.len() && tiles.iter().zip(&self.tiles).all(|(a, b)| shape(a) == shape(b));
+        if fits {
+            self.tiles = tiles;
+        }
+        fits
     }
 
     /// Samples taken so far, over all pixels, without the rejected ones.

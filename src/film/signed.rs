@@ -10,7 +10,8 @@ use glam::DVec3;
 use super::accumulate::{AovSums, Moments, SampleResult};
 
 /// Sums over a pixel's samples, exposed, without signs.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct SignedSums {
     count: u64,
     /// Of the samples' weights.

@@ -4,7 +4,7 @@ use derive_more::{Add, AddAssign, Sum};
 use serde::Serialize;
 
 /// Counts of events. One set a thread, added up at the end of a pass.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Add, AddAssign, Sum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Add, AddAssign, Sum, serde::Deserialize)]
 pub struct Counters {
     /// Camera paths.
     pub paths: u64,

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::cache_points::scatter::Phases;
 use crate::cache_points::select::{Drawn, MOST_DRAWN};
-use crate::cache_points::{CachePoints, CacheScratch};
+use crate::cache_points::{CachePoints, CacheScratch, Learned, LearnedRef};
 use crate::light::selector::{LightSelector, SelectorScratch};
 use crate::light::{LightId, Lights, Receiver};
 
@@ -158,6 +158,21 @@ impl LightChoice {
         match self {
             Self::CachePoints(cache) | Self::Beside(_, cache) => Some(cache),
             Self::Selector(_) | Self::Pilot => None,
+        }
+    }
+
+    /// What was learned so far, where anything learns.
+    pub fn learned(&self) -> Option<LearnedRef<'_>> {
+        self.cache_points().map(CachePoints::learned)
+    }
+
+    /// Goes on from what was learned another time; false where that belongs to another choice.
+    #[must_use]
+    pub fn relearn(&mut self, learned: Option<Learned>) -> bool {
+        match (self, learned) {
+            (Self::CachePoints(cache) | Self::Beside(_, cache), Some(learned)) => cache.relearn(learned),
+            (Self::Selector(_) | Self::Pilot, None) => true,
+            _ => false,
         }
     }
 

@@ -50,7 +50,7 @@ pub use spot::SpotLight;
 pub use volume::VolumeLight;
 
 /// A light, by its place in [`Lights`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct LightId(pub u32);
 
 /// A point on an emitter that a ray has met.

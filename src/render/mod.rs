@@ -5,6 +5,8 @@
 //! number of threads.
 
 pub mod build;
+pub mod checkpoint;
+mod course;
 mod gbuffer;
 mod inputs;
 pub mod memory;
@@ -20,7 +22,7 @@ pub mod stats;
 pub mod timing;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -35,11 +37,12 @@ use crate::integrator::path::MOST_BOUNCES;
 use crate::integrator::{Counters, LightChoice, PathSettings, World};
 use crate::scene::{Entity, Param, ParamSet, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
+use checkpoint::{CheckpointError, Keeper, Kept};
+use course::Course;
 pub use inputs::inputs;
 use mixing::Mixing;
-use pass::{Guides, Pass};
+use pass::Guides;
 use plan::Plan;
-use progress::Tracking;
 pub use progress::{Progress, ProgressState, Silent};
 pub use replay::{Replay, ReplayError};
 pub use settings::{
@@ -78,6 +81,9 @@ pub enum RenderError {
         /// The file.
         path: PathBuf,
     },
+    /// A render that cannot go on from its checkpoint.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// A sample that is not one of the image's was to be replayed.
     #[error(transparent)]
     Replay(#[from] ReplayError),
@@ -230,65 +236,32 @@ impl Job {
     /// Renders until `budget` is used up or `interrupt` is set. The samples of an unfinished pass are kept: each pixel then has its
     /// own count.
     pub fn render(&mut self, seed: u32, budget: Budget, interrupt: &AtomicBool, progress: &dyn Progress) -> Outcome {
-        let start = Instant::now();
-        let mut film = Film::new(self.film.clone(), self.aovs);
-        let mut counters = Counters::default();
-        let mut iterations = vec![];
-        let limit = match budget {
-            Budget::Scene => self.scene_spp,
-            Budget::Samples(spp) => spp,
-            Budget::Time(_) | Budget::Error(_) => MAX_SAMPLES,
+        let course = Course::new(self);
+        course.run(self, seed, budget, interrupt, progress, None)
+    }
+
+    /// The same with a `keeper` of checkpoints: where `interrupt` is set tiles that were begun are finished, and all is kept. `from` is what was kept of the
+    /// same render before.
+    ///
+    /// # Errors
+    /// A checkpoint that does not fit this scene.
+    pub fn render_kept(
+        &mut self,
+        seed: u32,
+        budget: Budget,
+        interrupt: &AtomicBool,
+        progress: &dyn Progress,
+        keeper: &Keeper,
+        from: Option<Kept>,
+    ) -> Result<Outcome, CheckpointError> {
+        let course = match from {
+            None => Course::new(self),
+            Some(kept) => Course::from(self, kept).ok_or_else(|| CheckpointError::Unreadable {
+                path: keeper.path().to_owned(),
+                reason: "it does not fit this scene".to_owned(),
+            })?,
         };
-        let tracking = Tracking::new(budget, limit, self.film.bounds.area() as u64, start, progress);
-        progress.start(tracking.total());
-        let mut guides = self.guides(&film);
-        let mut done = 0;
-        while done < limit && !interrupt.load(Ordering::Relaxed) {
-            // 1, 1, 2, 4, 8 …: the image's sample count doubles.
-            let mut pass = done.max(1).min(limit - done);
-            if let (Budget::Time(budget), true) = (budget, done > 0) {
-                let spent = start.elapsed().as_secs_f64();
-                let affordable = (budget.as_secs_f64() - spent) / (spent / f64::from(done));
-                if affordable < 1.0 {
-                    break;
-                }
-                pass = pass.min(affordable as u32);
-            }
-            let learns = self.begin_pass(&mut guides, done);
-            let context = Pass { job: self, seed, samples: done..done + pass, interrupt, tracking: &tracking, learns };
-            let [drawing, points] = guides.mixing.summary();
-            let view_rays = guides.splitting.as_ref().map_or(0.0, Splitting::mean);
-            let done_now = context.run(&mut film, &mut guides);
-            counters += done_now;
-            let mut iteration = Iteration::new(pass, &done_now);
-            (iteration.in_scatter_regions, iteration.in_scatter_points, iteration.view_rays) =
-                (drawing, points, view_rays);
-            let is_interrupted = interrupt.load(Ordering::Relaxed);
-            if !is_interrupted {
-                done += pass;
-            }
-            if !is_interrupted && done < limit {
-                let start = Instant::now();
-                self.learn(&mut guides, pass);
-                iteration.learning = start.elapsed().as_secs_f64();
-            }
-            iterations.push(iteration);
-            if is_interrupted {
-                break;
-            }
-            let error = film.error_estimate();
-            tracking.pass_ended(error);
-            if let (Budget::Error(target), Some(error)) = (budget, error)
-                && done >= MIN_SAMPLES_FOR_ERROR
-                && error <= target
-            {
-                break;
-            }
-        }
-        progress.finish();
-        self.timings.first_sample = tracking.first_tile();
-        self.timings.render = start.elapsed().as_secs_f64();
-        Outcome { film, samples_per_pixel: done, counters, iterations, interrupted: interrupt.load(Ordering::Relaxed) }
+        Ok(course.run(self, seed, budget, interrupt, progress, Some(keeper)))
     }
 
     /// What passes go by before anything is known.
@@ -322,12 +295,6 @@ impl Job {
         self.world.light_choice.learn(&self.world.lights);
     }
 }
-
-/// Samples a pixel at most, where time or error decide.
-const MAX_SAMPLES: u32 = 1 << 24;
-
-/// An error estimate from fewer samples a pixel than this is not trusted to stop a render.
-const MIN_SAMPLES_FOR_ERROR: u32 = 8;
 
 /// The integer parameter `name` of `entity`, which must not be below `least`.
 fn at_least(entity: &Entity, name: &str, default: i32, least: i32) -> Result<u32, Box<SceneError>> {

@@ -32,6 +32,21 @@ pub(super) struct TileGuides<'a> {
 }
 
 impl Guides {
+    /// Goes on from those of another time; false where they are of another image.
+    #[must_use]
+    pub fn restore(&mut self, mixing: Mixing, splitting: Option<Splitting>) -> bool {
+        let fits = mixing.is_like(&self.mixing)
+            && match (&splitting, &self.splitting) {
+                (Some(a), Some(b)) => a.is_like(b),
+                (None, None) => true,
+                _ => false,
+            };
+        if fits {
+            *self = Self { mixing, splitting };
+        }
+        fits
+    }
+
     /// Those of each tile, in the film's order.
     pub fn tiles_mut(&mut self) -> Vec<TileGuides<'_>> {
         let mut splitting = self.splitting.as_mut().map(|splitting| splitting.tiles_mut().iter_mut());
@@ -40,12 +55,24 @@ impl Guides {
     }
 }
 
-/// One pass over all pixels.
+/// Samples a pixel that a tile is rendered with at most before the next tile is, so that a render can stop between two tiles however long its passes are.
+const STEP: u32 = 128;
+
+/// The part of the pass of these samples that begins with sample `first`.
+pub(super) fn step(samples: &Range<u32>, first: u32) -> Range<u32> {
+    first..samples.end.min(first.saturating_add(STEP))
+}
+
+/// One pass over all pixels, or a step of one.
 pub(super) struct Pass<'a> {
     pub job: &'a Job,
     pub seed: u32,
     pub samples: Range<u32>,
+    /// Those of them that are rendered now.
+    pub step: Range<u32>,
     pub interrupt: &'a AtomicBool,
+    /// Whether no other tile is to be begun.
+    pub held: &'a (dyn Fn() -> bool + Sync),
     pub tracking: &'a Tracking<'a>,
     /// Whether what earlier passes found has a say in its paths.
     pub learns: bool,
@@ -67,14 +94,16 @@ pub(super) struct CameraSample {
 const SPLIT_SEED: u64 = 0x5b1e_77d4_0a93_c6f2;
 
 impl Pass<'_> {
-    /// Renders it.
-    pub fn run(&self, film: &mut Film, guides: &mut Guides) -> Counters {
+    /// Renders all tiles that have not `ended`, or as many as it comes to.
+    pub fn run(&self, film: &mut Film, guides: &mut Guides, ended: &mut [bool]) -> Counters {
         let media = self.job.world.has_media();
         film.tiles_mut()
             .par_iter_mut()
             .zip(guides.tiles_mut())
-            .map_init(Scratch::default, |scratch, (tile, mut guides)| {
-                if self.interrupt.load(Ordering::Relaxed) || self.job.world.materials.has_failed() {
+            .zip(ended)
+            .map_init(Scratch::default, |scratch, ((tile, mut guides), ended)| {
+                let is_cut = || self.interrupt.load(Ordering::Relaxed) || self.job.world.materials.has_failed();
+                if *ended || is_cut() || (self.held)() {
                     return Counters::default();
                 }
                 scratch.counters = Counters::default();
@@ -87,7 +116,8 @@ impl Pass<'_> {
                     };
                     tile.merge(pixel, &samples);
                 }
-                self.tracking.tile_ended(tile.bounds().area() as u64 * self.samples.len() as u64);
+                *ended = !is_cut();
+                self.tracking.tile_ended(tile.bounds().area() as u64 * self.step.len() as u64);
                 scratch.counters
             })
             .sum()
@@ -205,7 +235,7 @@ impl Pass<'_> {
         let before = if MEDIA { scratch.counters.work() } else { 0 };
         let mut splitting = self.begin_pixel::<MEDIA>(tile, pixel, guides, scratch);
         let mut samples = PixelSamples::new(self.job.film.sensor);
-        for sample in self.samples.clone() {
+        for sample in self.step.clone() {
             // A pass of a long render may take minutes a tile: stopping must not wait for it.
             if self.interrupt.load(Ordering::Relaxed) {
                 break;

@@ -61,6 +61,17 @@ impl<'a> Tracking<'a> {
         matches!(self.budget, Budget::Scene | Budget::Samples(_)).then(|| u64::from(self.limit) * self.pixels)
     }
 
+    /// So many samples were taken by an earlier process.
+    pub(super) fn tiles_ended(&self, samples: u64) {
+        self.samples.fetch_add(samples, Ordering::Relaxed);
+    }
+
+    /// Samples so far, over all pixels.
+    #[inline]
+    pub(super) fn samples(&self) -> u64 {
+        self.samples.load(Ordering::Relaxed)
+    }
+
     /// A tile with so many samples is done.
     pub(super) fn tile_ended(&self, samples: u64) {
         let samples = self.samples.fetch_add(samples, Ordering::Relaxed) + samples;

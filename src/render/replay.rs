@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::pass::{Pass, TileGuides};
+use super::pass::{self, Pass, TileGuides};
 use super::progress::Tracking;
 use super::{Budget, Job, Progress};
 use crate::film::{Film, FilmTile, RejectedSample, SampleResult};
@@ -83,8 +83,16 @@ impl Job {
         let mut at = 0;
         for &pass in passes.iter().filter(|_| is_taught) {
             let learns = self.begin_pass(&mut guides, at);
-            let context = Pass { job: self, seed, samples: at..at + pass, interrupt, tracking: &tracking, learns };
-            context.run(&mut film, &mut guides);
+            let samples = at..at + pass;
+            let mut step = pass::step(&samples, at);
+            let mut context =
+                Pass { job: self, seed, samples, step: 0..0, interrupt, held: &|| false, tracking: &tracking, learns };
+            while !step.is_empty() {
+                context.step = step.clone();
+                let mut ended = vec![false; film.tiles().len()];
+                context.run(&mut film, &mut guides, &mut ended);
+                step = pass::step(&context.samples, step.end);
+            }
             if interrupt.load(Ordering::Relaxed) {
                 progress.finish();
                 return Err(ReplayError::Interrupted);
@@ -95,7 +103,13 @@ impl Job {
         progress.finish();
 
         let learns = self.begin_pass(&mut guides, done);
-        let context = Pass { job: self, seed, samples: done..end, interrupt, tracking: &tracking, learns };
+        let samples = done..end;
+        // Steps begin anew: what came before this one has no say in it.
+        let mut step = pass::step(&samples, done);
+        while !step.contains(&sample.sample) && !step.is_empty() {
+            step = pass::step(&samples, step.end);
+        }
+        let context = Pass { job: self, seed, samples, step, interrupt, held: &|| false, tracking: &tracking, learns };
         let tiles = film.tiles().iter().zip(guides.tiles_mut());
         let (result, record) = tiles
             .into_iter()
@@ -144,7 +158,7 @@ impl Pass<'_> {
             }
         }
         let mut splitting = self.begin_pixel::<MEDIA>(tile, pixel, &guides, &mut scratch);
-        for before in self.samples.start..if shares { sample } else { self.samples.start } {
+        for before in self.step.start..if shares { sample } else { self.step.start } {
             self.sample::<MEDIA>(pixel, before, &mut splitting, &mut scratch);
         }
         scratch.record = Some(Box::default());

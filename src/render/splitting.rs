@@ -44,7 +44,7 @@ const SCOUTS: u8 = 4;
 const BRIGHTEST: f64 = 1.0 / 32.0;
 
 /// What the samples of a pixel do.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Split {
     /// Rays that each sends out besides its path.
     pub rays: u8,
@@ -53,7 +53,7 @@ pub struct Split {
 }
 
 /// What camera rays have seen. In double precision, so that squares of any radiance fit: an image made brighter all over is split as before.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Seen {
     rays: u32,
     /// How many of them have seen nothing shine.
@@ -114,7 +114,7 @@ impl PixelSplitting {
 }
 
 /// One tile.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct TileSplitting {
     bounds: PixelBounds,
     splits: Vec<Split>,
@@ -160,7 +160,7 @@ const fn colour([x, y]: [u32; 2]) -> usize {
 }
 
 /// All tiles, in the film's order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Splitting {
     columns: usize,
     tiles: Vec<TileSplitting>,
@@ -183,6 +183,12 @@ impl Splitting {
     /// Bytes that it takes for an image of so many pixels.
     pub const fn memory_for(pixels: usize) -> usize {
         pixels.saturating_mul(size_of::<Split>() + size_of::<Seen>() + size_of::<f32>())
+    }
+
+    /// Whether it is for the same image.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let shape = |tile: &TileSplitting| (tile.bounds, [tile.splits.len(), tile.seen.len()]);
+        self.columns == other.columns && self.tiles.iter().map(shape).eq(other.tiles.iter().map(shape))
     }
 
     /// The tiles, in the film's order.

@@ -58,7 +58,7 @@ pub struct Statistics {
 }
 
 /// One iteration over the image.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, serde::Deserialize)]
 pub struct Iteration {
     /// Samples a pixel.
     pub samples: u32,

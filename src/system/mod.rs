@@ -6,3 +6,4 @@ pub mod fault;
 pub mod input;
 pub mod memory;
 pub mod output;
+pub mod plain_bytes;

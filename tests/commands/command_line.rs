@@ -255,7 +255,7 @@ fn an_interrupted_render_writes_what_it_has() {
     let running = endless(&folder);
     assert!(running.interrupt());
     running.end().code(130).says("interrupted");
-    assert_eq!(names(&folder), ["lamp.exr", "lamp.pbrt", "lamp.png"]);
+    assert_eq!(names(&folder), ["lamp.exr", "lamp.exr.checkpoint", "lamp.pbrt", "lamp.png"]);
     let image = lanternfish::film::exr::read_exr_layers(&folder.path("lamp.exr")).expect("a whole image");
     assert!(image.channel("samples").expect("counts").iter().all(|&n| n >= 1.0));
     assert!(image.attributes.iter().any(|(name, _)| name == "lanternfish.interrupted"));

@@ -12,6 +12,7 @@ mod bad_values;
 mod bench;
 mod bench_lean;
 mod bench_regression;
+mod checkpoints;
 mod command_line;
 mod damaged_files;
 mod exporters;

@@ -10,7 +10,7 @@ use lanternfish::film::{ChannelImage, FilmOverrides};
 use lanternfish::render::{LightSelection, ViewRays, VolumeSampling};
 
 /// Everything whose randomness could depend on the order of work: media, opacity, motion, textures, many lights.
-fn scene(texture: &Path) -> String {
+pub fn scene(texture: &Path) -> String {
     let texture = texture.display();
     let grid = shuffled_grid(
         "g",
@@ -37,7 +37,7 @@ fn scene(texture: &Path) -> String {
 }
 
 /// Lights enough that there is something to learn about them: some below the floor, some in the sphere.
-fn crowd() -> String {
+pub fn crowd() -> String {
     let lamp = |i: i32| {
         let (x, y, z) = (0.5 * f64::from(i % 7) - 1.5, 0.6 * f64::from(i % 5) - 1.3, 0.5 * f64::from(i % 6) - 1.0);
         match i % 3 {
@@ -51,7 +51,7 @@ fn crowd() -> String {
 }
 
 /// A picture with a few levels of grey and colour.
-fn picture(folder: &Path) -> std::path::PathBuf {
+pub fn picture(folder: &Path) -> std::path::PathBuf {
     let path = folder.join("picture.png");
     let image =
         image::RgbImage::from_fn(16, 16, |x, y| image::Rgb([(x * 16) as u8, (y * 16) as u8, ((x ^ y) * 16) as u8]));
@@ -76,7 +76,7 @@ fn render_with(more: &str, options: &Options) -> ChannelImage {
 
 /// Compares bit by bit; says where the first difference is.
 #[track_caller]
-fn same_bits(what: &str, a: &ChannelImage, b: &ChannelImage) {
+pub fn same_bits(what: &str, a: &ChannelImage, b: &ChannelImage) {
     assert_eq!(a.bounds, b.bounds);
     assert_eq!(a.channels.len(), b.channels.len());
     for ((name, a), (_, b)) in a.channels.iter().zip(&b.channels) {

@@ -8,6 +8,7 @@ mod common;
 mod analytic;
 mod backends;
 mod cameras;
+mod checkpoints;
 mod consistency;
 mod curves;
 mod determinism;

@@ -17,7 +17,7 @@
 use crate::math::Rgb;
 
 /// Which vertices of first scattering sample lights, and which paths go on from. They go on from null tracking's in any case.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Mix {
     /// Points that are drawn sample lights: there are some.
     pub draws: bool,

@@ -16,6 +16,7 @@ use crate::geometry::extent::union;
 use crate::geometry::{Geometry, Instance, MotionTransform, Prototype, ShapeId};
 use crate::light::linking::LinkRequests;
 use crate::light::{LightId, LinkSet};
+use crate::material::footprint::Footprint;
 use crate::material::texture::FloatInput;
 use crate::material::{MaterialId, Materials, TexturePoint};
 use crate::math::transform::{Animated, Decomposed, RenderSpace};
@@ -304,8 +305,10 @@ impl<'a> GeometryBuilder<'a> {
         let (materials, origin) = (&*self.materials, self.space.origin);
         let height = heights.map(|(input, edge_length)| {
             // Textures in space are looked up where the shape's own transform places it, whatever instances do.
-            let at =
-                move |p: DVec3, n, uv| materials.height_at(input, &TexturePoint { p: (p - origin).as_vec3(), n, uv });
+            let at = move |p: DVec3, n, uv| {
+                materials
+                    .height_at(input, &TexturePoint { p: (p - origin).as_vec3(), n, uv, footprint: Footprint::NONE })
+            };
             (at, edge_length)
         });
         let displacement = height.as_ref().map(|(height, edge_length)| Displacement {

@@ -17,7 +17,7 @@ const WORTHWHILE: f64 = 0.95;
 const KNOTS_LATER: f64 = 0.25;
 
 /// What the paths of a tile do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Way {
     /// Points that each camera path draws.
     pub count: f32,
@@ -39,7 +39,7 @@ impl Default for Way {
 }
 
 /// Evidence of one tile from one pass.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Evidence {
     /// Variance of a sample, relative to the square of the pixel's level, summed over pixels.
     pub with: f64,
@@ -54,7 +54,7 @@ pub(super) struct Evidence {
 }
 
 /// Work for points: to find them and what lights bring there, to go on from them, and for lights at null tracking's vertices.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Parts {
     pub points: f64,
     pub paths: f64,

@@ -21,7 +21,7 @@ const AROUND: usize = 1;
 const DARKEST: f64 = 0.1;
 
 /// One tile: what its paths do, and what that has come to in the last pass.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct TileMix {
     way: Way,
     /// Only one pixel in [`SPARSE`] draws them.
@@ -35,7 +35,7 @@ pub struct TileMix {
 const SPARSE: u32 = 8;
 
 /// How far it has come with finding out.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 enum Stage {
     /// Nothing is to be found out.
     Fixed,
@@ -46,7 +46,7 @@ enum Stage {
 }
 
 /// All tiles, in the film's order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Mixing {
     columns: usize,
     stage: Stage,
@@ -78,6 +78,11 @@ impl Mixing {
             self.stage = Stage::Adapting;
             self.tiles.fill(TileMix { way: Way::one(Mix::FULL), is_sparse: until > 0, ..TileMix::default() });
         }
+    }
+
+    /// Whether it is for the same image.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.columns == other.columns && self.tiles.len() == other.tiles.len()
     }
 
     /// The tiles, in the film's order.

@@ -32,7 +32,7 @@ impl Case<'_> {
                 kind: self.kind.into(),
                 params: ParamSet::new(format!("Shape \"{}\"", self.kind), SPAN, list),
             },
-            transform: Animated::fixed(DMat4::IDENTITY),
+            transform: Animated::fixed(DMat4::IDENTITY).into(),
             reverse_orientation: false,
             material: MaterialIndex(0),
             area_light: None,

@@ -1,0 +1,138 @@
+//! Checkpoints: all that a render has come to, in a file, so that it can go on from there and end with the very same bits.
+//!
+//! A pass is a loop over tiles, each of which belongs to one thread. When a checkpoint is due, tiles that were begun are finished and no other is begun; then everything
+//! stands still: pixels, what the passes learned for later ones (cache points, how scattering points are drawn, how camera rays are split), which tiles of the pass are done,
+//! counters, seconds. That is copied out at once and written by a thread of its own while the render goes on. `state.rs` is what is kept, `file.rs` how it lies in a
+//! file, `identity.rs` what tells one render from another.
+
+mod file;
+mod identity;
+mod state;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+pub use file::{CheckpointError, read};
+pub use identity::Identity;
+pub use state::Kept;
+pub(super) use state::{KeptRef, OpenPass};
+
+use crate::system::output::OutputError;
+
+/// How often a render is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Interval {
+    /// After so many samples a pixel, on average.
+    Samples(u32),
+    /// After so much time.
+    Time(Duration),
+}
+
+impl Default for Interval {
+    fn default() -> Self {
+        Self::Time(Duration::from_secs(15 * 60))
+    }
+}
+
+/// Keeps a render in a file.
+pub struct Keeper<'a> {
+    path: PathBuf,
+    identity: Identity,
+    interval: Interval,
+    /// Set where a checkpoint is asked for out of turn; it is taken back here.
+    asked: &'a AtomicBool,
+    writer: Mutex<Writer>,
+}
+
+#[derive(Default)]
+struct Writer {
+    thread: Option<JoinHandle<Result<(), OutputError>>>,
+    failed: Option<OutputError>,
+}
+
+/// When the next checkpoint is due.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Due {
+    Samples(u64),
+    At(Instant),
+}
+
+impl<'a> Keeper<'a> {
+    /// Keeps the render of that identity in the file `path`, every `interval` and where `asked` is set.
+    pub fn new(path: PathBuf, identity: Identity, interval: Interval, asked: &'a AtomicBool) -> Self {
+        Self { path, identity, interval, asked, writer: Mutex::default() }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// When the next one is due after `samples` over all of so many pixels.
+    pub(super) fn next(&self, samples: u64, pixels: u64) -> Due {
+        match self.interval {
+            Interval::Samples(every) => Due::Samples(samples + u64::from(every) * pixels),
+            Interval::Time(every) => {
+                let now = Instant::now();
+                Due::At(now.checked_add(every).unwrap_or(now + Duration::from_secs(1 << 30)))
+            }
+        }
+    }
+
+    /// Whether it is time, after `samples` over all pixels.
+    #[inline]
+    pub(super) fn is_due(&self, due: Due, samples: u64) -> bool {
+        self.asked.load(Ordering::Relaxed)
+            || match due {
+                Due::Samples(at) => samples >= at,
+                Due::At(at) => Instant::now() >= at,
+            }
+    }
+
+    /// Copies out what there is and begins to write it. Waits for the one before.
+    pub(super) fn keep(&self, state: &KeptRef<'_>) {
+        self.asked.store(false, Ordering::Relaxed);
+        let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
+        writer.join();
+        let (path, identity) = (self.path.clone(), self.identity.clone());
+        let body = match state.to_bytes() {
+            Ok(body) => body,
+            Err(reason) => {
+                writer.failed = Some(OutputError::new(&path, reason));
+                return;
+            }
+        };
+        writer.thread = Some(std::thread::spawn(move || file::write(&path, &identity, &body)));
+    }
+
+    /// Waits until everything is written.
+    ///
+    /// # Errors
+    /// Why the last checkpoint was not written; those before it may have been.
+    pub fn settle(&self) -> Result<(), OutputError> {
+        let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
+        writer.join();
+        writer.failed.take().map_or(Ok(()), Err)
+    }
+
+    /// The render has ended well: the file is of no use any more.
+    pub fn forget(&self) {
+        let _ = self.settle();
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+impl Writer {
+    fn join(&mut self) {
+        if let Some(thread) = self.thread.take() {
+            self.failed = match thread.join() {
+                Ok(Ok(())) => None,
+                Ok(Err(error)) => Some(error),
+                Err(_) => Some(OutputError::new(Path::new("checkpoint"), "the thread that wrote it ended")),
+            };
+        }
+    }
+}
