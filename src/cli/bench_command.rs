@@ -12,7 +12,8 @@ use super::arguments::{Arguments, BenchArguments, Command};
 use super::diagnostics::{print_message, say};
 use super::interrupt::Interrupts;
 use super::progress::{clock, time_left};
-use super::render_command::{command_line, report_end};
+use super::render_command::report_end;
+use super::render_report::command_line;
 use crate::bench::{BenchError, Settings, Watch, method, write};
 use crate::render::RenderSettings;
 

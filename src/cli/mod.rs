@@ -9,6 +9,7 @@ pub mod info_command;
 pub mod interrupt;
 pub mod progress;
 pub mod render_command;
+mod render_report;
 pub mod scene_command;
 pub mod stability_command;
 #[cfg(test)]

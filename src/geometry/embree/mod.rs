@@ -170,7 +170,7 @@ impl EmbreeTracer {
 /// its own arithmetic.
 fn small_and_special(geometry: &Geometry) -> Option<(Vec3, Vec3)> {
     let top = |part: Part| geometry.top_level.iter().any(|id| part.has(&geometry.shapes[id.0 as usize]));
-    if !top(Part::Plain) || !(top(Part::Special) || !geometry.instances.is_empty()) {
+    if !top(Part::Plain) || !top(Part::Special) && geometry.instances.is_empty() {
         return None;
     }
     let (low, high) = geometry.special_bounds(|shape| Part::Special.has(shape), |shape| Part::Opaque.has(shape))?;

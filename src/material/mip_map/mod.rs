@@ -226,13 +226,13 @@ impl View<'_> {
         let (tile, at) = level.place(x, y);
         match self.source {
             Source::Resident(format, levels) => levels[number].get(tile * level.tile_texels() + at, format),
-            Source::Tiles(file) => self.from_cache(file, number, level, tile, at),
+            Source::Tiles(file) => self.cached(file, number, level, tile, at),
             Source::Missing => [0.0; 4],
         }
     }
 
     #[inline(never)]
-    fn from_cache(&self, file: &TileFile, number: usize, level: &Level, tile: usize, at: usize) -> [f32; 4] {
+    fn cached(&self, file: &TileFile, number: usize, level: &Level, tile: usize, at: usize) -> [f32; 4] {
         let key = TileKey { map: self.map.number, tile: (level.first_tile + tile) as u32 };
         let read = || file.read(number, level, tile);
         let cache: Option<&TileCache> = self.map.memory.cache();

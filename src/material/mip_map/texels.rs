@@ -105,7 +105,7 @@ impl Format {
 
     /// The linear value of a byte in the given channel.
     #[inline]
-    fn from_byte(&self, byte: u8, channel: usize) -> f32 {
+    fn linear_of(&self, byte: u8, channel: usize) -> f32 {
         if channel == 3 { from_byte(byte) } else { self.linear[usize::from(byte)] }
     }
 
@@ -156,7 +156,7 @@ impl Texels {
         match self {
             Self::Bytes(bytes) => {
                 for (channel, (value, &byte)) in values.iter_mut().zip(&bytes[range]).enumerate() {
-                    *value = format.from_byte(byte, channel);
+                    *value = format.linear_of(byte, channel);
                 }
             }
             Self::Halves(halves) => {
@@ -234,7 +234,7 @@ mod tests {
             let format = Format::new(4, Kind::Bytes, encoding);
             for byte in 0..=u8::MAX {
                 for channel in 0..4 {
-                    assert_eq!(format.to_byte(format.from_byte(byte, channel), channel), byte, "{encoding:?}");
+                    assert_eq!(format.to_byte(format.linear_of(byte, channel), channel), byte, "{encoding:?}");
                 }
                 let between = |share: f32| encoding.to_linear((f32::from(byte) + share) / 255.0);
                 if byte < u8::MAX {
