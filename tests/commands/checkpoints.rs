@@ -76,7 +76,7 @@ fn survives(name: &str, text: &str) {
             let from = folder.listing().contains_key("out.exr.checkpoint");
             let running = folder.start(&render(&[&spp[..], &["--checkpoint", "2i", "--recover"]].concat()));
             // Some live for a moment, some to their end.
-            std::thread::sleep(whole.mul_f64(random.below(1000) as f64 / 700.0));
+            std::thread::sleep(whole.mul_f64(random.below(1000) as f64 / 1200.0));
             let ended_by_itself = !running.signal("KILL");
             let Run { code, err, .. } = running.end();
             assert!(!err.contains("checkpoint") && !err.contains("panicked"), "{err}");
