@@ -71,7 +71,7 @@ fn tiles_that_cannot_be_written_end_the_render() {
     let nowhere = ["--texture-memory", "1kB", "--texture-cache", "wall.png/tiles"];
     folder.run(&[&RENDER[..], &nowhere].concat()).code(1).says("wall.png/tiles").says("--texture-cache");
     assert!(!folder.listing().contains_key("out.exr"));
-    for wrong in ["lots", "-1", "1 parsec"] {
+    for wrong in ["lots", "1 parsec"] {
         folder.run(&[&RENDER[..], &["--texture-memory", wrong]].concat()).code(2).says("--texture-memory");
     }
 }

@@ -249,7 +249,7 @@ pub fn damage(bytes: &[u8], random: &mut Random) -> Vec<u8> {
 }
 
 /// Whether this process ignores a signal, which the processes that it starts inherit.
-fn is_ignored(signal: u32) -> bool {
+pub fn is_ignored(signal: u32) -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
     mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
