@@ -8,6 +8,8 @@ use exr::prelude::*;
 use image::codecs::{hdr::HdrEncoder, jpeg::JpegEncoder, png::PngEncoder, tga::TgaEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
+use lanternfish::render::TextureLevels;
+
 use crate::common::{Options, render_text};
 
 /// Texels of the test image: two rows of three, from the top.
@@ -37,7 +39,9 @@ fn albedo(kind: &str, parameters: &str) -> Vec<[f32; 3]> {
          Texture \"t\" \"{kind}\" \"imagemap\" \"string filter\" \"point\" {parameters}\n{weighed}\n{material}\n\
          Shape \"bilinearmesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 0]\n"
     );
-    let outcome = render_text(&text, &Options { spp: 1, max_depth: Some(1), ..Options::default() });
+    let texture_levels = TextureLevels::Finest;
+    let options = Options { spp: 1, max_depth: Some(1), texture_levels, ..Options::default() };
+    let outcome = render_text(&text, &options);
     let image = outcome.film.channels();
     let channels = ["albedo.R", "albedo.G", "albedo.B"].map(|name| image.channel(name).expect("albedo").to_vec());
     (0..COUNT).map(|i| [0, 1, 2].map(|c| channels[c][i])).collect()
