@@ -12,26 +12,16 @@ impl Geometry {
 
     /// That of the shapes that `is_meant`; `None` where there are none.
     pub fn bounds_of(&self, is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
-        self.special_bounds(&is_meant, &is_meant)
-    }
-
-    /// That of the shapes of the top level and of those of objects that are meant, each by a test of its own; `None` where there are none.
-    pub fn special_bounds(
-        &self,
-        at_top: impl Fn(&Shape) -> bool,
-        in_objects: impl Fn(&Shape) -> bool,
-    ) -> Option<(Vec3, Vec3)> {
-        let of_shapes = |ids: &[ShapeId], is_meant: &dyn Fn(&Shape) -> bool| {
+        let of_shapes = |ids: &[ShapeId]| {
             let ids = ids.iter().filter(|id| is_meant(&self.shapes[id.0 as usize]));
             ids.filter_map(|&id| self.shape_bounds(id)).reduce(union)
         };
-        let prototypes: Vec<_> =
-            self.prototypes.iter().map(|prototype| of_shapes(&prototype.shapes, &in_objects)).collect();
+        let prototypes: Vec<_> = self.prototypes.iter().map(|prototype| of_shapes(&prototype.shapes)).collect();
         let instances = self.instances.iter().filter_map(|instance| {
             let (low, high) = prototypes[instance.prototype as usize]?;
             Some(instance.transform.bounds(low, high))
         });
-        of_shapes(&self.top_level, &at_top).into_iter().chain(instances).reduce(union)
+        of_shapes(&self.top_level).into_iter().chain(instances).reduce(union)
     }
 
     /// The box of all primitives of a shape, in the shape's space; `None` for an empty mesh.

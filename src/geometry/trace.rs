@@ -133,7 +133,6 @@ pub enum TraceError {
 }
 
 /// An acceleration structure over a [`Geometry`].
-#[allow(clippy::large_enum_variant)] // there is one of it in a render
 pub enum Tracer {
     /// See [`Backend::Embree`].
     #[cfg(feature = "embree")]

@@ -1,8 +1,7 @@
 //! The Embree backend: a [`Geometry`] as Embree scenes, and the three questions put to them.
 //!
-//! Structures, each only over what it is asked for: `opaque` holds the shapes that rays meet, `boundaries` those of
-//! material `interface` (absent when there are none). Embree goes through a structure once for each kind of primitive in it, which rays pay for that come nowhere near; so where all that
-//! is not plain triangles fills a small part of the scene it has a structure of its own, `special`, and its box is looked at first. Triangles and ray-facing curves are Embree's own; quadrics, patches and
+//! Two structures, each only over what it is asked for: `opaque` holds the shapes that rays meet, `boundaries` those of
+//! material `interface` (absent when there are none). Triangles and ray-facing curves are Embree's own; quadrics, patches and
 //! ribbons are user geometry that calls the shapes' own intersection, so that both backends find the same points. Embree's
 //! robust mode makes triangles watertight. Small scenes are given in larger units and vast ones in smaller (`scale`).
 //!
@@ -22,7 +21,7 @@ use glam::Vec3;
 use ::embree::{Candidate, Device, Error};
 
 use self::scale::{Scale, Scales};
-use self::structure::{Part, Structure};
+use self::structure::Structure;
 use super::extent::within;
 use super::shape::{Shape, ShapeKind};
 use super::trace::put_in_order;
@@ -32,20 +31,15 @@ use super::{BoundaryCrossing, Geometry, Ray, RayHit};
 /// Acceleration structures in Embree.
 pub struct EmbreeTracer {
     geometry: Arc<Geometry>,
-    /// All that rays meet, but what is in `special`.
     opaque: Structure,
-    special: Option<Boxed>,
-    boundaries: Option<Boxed>,
+    boundaries: Option<Boundaries>,
     /// From render space to Embree's units.
     scale: Scale,
     device: Arc<Device>,
 }
 
-/// Rays may have more than this part of the scene's surface to themselves before what is special has a structure of its own.
-const LARGEST_SPECIAL: f32 = 0.25;
-
-/// What many rays come nowhere near: asking Embree takes longer than finding that a ray passes it.
-struct Boxed {
+/// What rays cross. Many come nowhere near: asking Embree takes longer than finding that a ray passes all of it.
+struct Boundaries {
     structure: Structure,
     /// A box around all of it, in render space.
     bounds: (Vec3, Vec3),
@@ -55,7 +49,7 @@ struct Boxed {
     radius_squared: f32,
 }
 
-impl Boxed {
+impl Boundaries {
     fn new(structure: Structure, bounds: (Vec3, Vec3)) -> Self {
         let (low, high) = bounds;
         let half = 0.5 * (high - low);
@@ -95,29 +89,22 @@ impl EmbreeTracer {
     pub fn build(geometry: Arc<Geometry>, opacity: Option<Arc<dyn Opacity>>) -> Result<Self, TraceError> {
         let device = Device::new(rayon::current_num_threads())?;
         let scales = Scales::new(&geometry);
-        let build = |part| Structure::build(&device, &geometry, opacity.as_ref(), &scales, part);
-        let boxed = |part, bounds| Ok::<_, Error>(Boxed::new(build(part)?, bounds));
-        let special = small_and_special(&geometry).map(|bounds| boxed(Part::Special, bounds)).transpose()?;
-        let opaque = build(if special.is_some() { Part::Plain } else { Part::Opaque })?;
-        let boundaries = geometry.bounds_of(|shape| shape.is_boundary);
-        let boundaries = boundaries.map(|bounds| boxed(Part::Boundaries, bounds)).transpose()?;
-        Ok(Self { geometry, opaque, special, boundaries, scale: scales.render, device })
+        let opaque = Structure::build(&device, &geometry, opacity.as_ref(), &scales, false)?;
+        let boundaries = match geometry.bounds_of(|shape| shape.is_boundary) {
+            Some(bounds) => {
+                let structure = Structure::build(&device, &geometry, None, &scales, true)?;
+                Some(Boundaries::new(structure, bounds))
+            }
+            None => None,
+        };
+        Ok(Self { geometry, opaque, boundaries, scale: scales.render, device })
     }
 
     /// The closest hit before `ray.t_max` on anything but boundaries. A ray with a NaN hits nothing.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<RayHit> {
-        let mut embree_ray = self.embree_ray(ray);
-        let mut hit = self.opaque.scene.intersect(&embree_ray).map(|hit| (&self.opaque, hit));
-        if let Some(special) = self.special.as_ref().filter(|special| special.may_meet(ray)) {
-            if let Some((_, hit)) = &hit {
-                embree_ray.t_max = hit.t.next_down();
-            }
-            let structure = &special.structure;
-            hit = structure.scene.intersect(&embree_ray).map(|hit| (structure, hit)).or(hit);
-        }
-        let (structure, hit) = hit?;
-        let (shape, instance) = structure.resolve(hit.geometry, hit.instance);
+        let hit = self.opaque.scene.intersect(&self.embree_ray(ray))?;
+        let (shape, instance) = self.opaque.resolve(hit.geometry, hit.instance);
         let uv = shape_uv(&self.geometry.shapes[shape.0 as usize], hit.uv);
         Some(RayHit { t: hit.t * self.scale.from_embree, shape, instance, primitive: hit.primitive, uv })
     }
@@ -125,16 +112,13 @@ impl EmbreeTracer {
     /// Whether anything but boundaries lies before `ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let special = self.special.as_ref().filter(|special| special.may_meet(ray));
-        let embree_ray = self.embree_ray(ray);
-        self.opaque.scene.occluded(&embree_ray)
-            || special.is_some_and(|special| special.structure.scene.occluded(&embree_ray))
+        self.opaque.scene.occluded(&self.embree_ray(ray))
     }
 
     /// All boundary crossings in [0, `ray.t_max`) in the order of [`put_in_order`].
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         crossings.clear();
-        let Some(Boxed { structure, .. }) = self.boundaries.as_ref().filter(|boxed| boxed.may_meet(ray)) else {
+        let Some(Boundaries { structure, .. }) = self.boundaries.as_ref().filter(|all| all.may_meet(ray)) else {
             return;
         };
         structure.scene.collect(&self.embree_ray(ray), &mut |candidate| {
@@ -164,23 +148,6 @@ impl EmbreeTracer {
             id: ray.opacity_seed,
         }
     }
-}
-
-/// A box around all that is not plain triangles, where there are both and that is small; somewhat larger than it need be, since Embree moves instances by
-/// its own arithmetic.
-fn small_and_special(geometry: &Geometry) -> Option<(Vec3, Vec3)> {
-    let top = |part: Part| geometry.top_level.iter().any(|id| part.has(&geometry.shapes[id.0 as usize]));
-    if !top(Part::Plain) || !top(Part::Special) && geometry.instances.is_empty() {
-        return None;
-    }
-    let (low, high) = geometry.special_bounds(|shape| Part::Special.has(shape), |shape| Part::Opaque.has(shape))?;
-    let margin = Vec3::splat(1e-3 * (high - low).length() + 1e-4 * low.abs().max(high.abs()).max_element());
-    let (low, high) = (low - margin, high + margin);
-    let area = |(low, high): (Vec3, Vec3)| {
-        let d = high - low;
-        d.x * d.y + d.y * d.z + d.z * d.x
-    };
-    (area((low, high)) < LARGEST_SPECIAL * area(geometry.bounds())).then_some((low, high))
 }
 
 /// Whether Embree has this shape's primitives of its own, as flat curves.

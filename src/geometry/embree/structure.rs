@@ -31,33 +31,7 @@ struct PrototypeScene {
     shapes: Vec<ShapeId>,
 }
 
-/// What a structure is over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
-    /// What rays cross.
-    Boundaries,
-    /// Everything that rays meet.
-    Opaque,
-    /// Of that, triangles that stand still and belong to no object.
-    Plain,
-    /// Of that, the rest.
-    Special,
-}
-
-impl Part {
-    /// Whether it has this shape, of the top level.
-    pub fn has(self, shape: &Shape) -> bool {
-        let is_plain = matches!(shape.kind, ShapeKind::Triangles(_));
-        match self {
-            Self::Boundaries => shape.is_boundary,
-            Self::Opaque => !shape.is_boundary,
-            Self::Plain => !shape.is_boundary && is_plain,
-            Self::Special => !shape.is_boundary && !is_plain,
-        }
-    }
-}
-
-/// An acceleration structure over a part of the shapes.
+/// An acceleration structure over the opaque shapes or over the boundaries.
 pub(super) struct Structure {
     /// Render space.
     pub scene: Scene,
@@ -73,25 +47,22 @@ struct Builder<'a> {
     opacity: Option<&'a Arc<dyn Opacity>>,
     scales: &'a Scales,
     instances: Arc<InstanceNumbers>,
-    part: Part,
+    boundaries: bool,
 }
 
 impl Structure {
-    /// The structure over `part`.
+    /// The structure over the boundaries, or over all the rest.
     pub fn build(
         device: &Arc<Device>,
         geometry: &Arc<Geometry>,
         opacity: Option<&Arc<dyn Opacity>>,
         scales: &Scales,
-        part: Part,
+        boundaries: bool,
     ) -> Result<Self, Error> {
-        let builder = Builder { device, geometry, opacity, scales, instances: Arc::default(), part };
+        let builder = Builder { device, geometry, opacity, scales, instances: Arc::default(), boundaries };
         let mut top = SceneBuilder::new(device, true)?;
         let mut targets = Vec::new();
         for &shape in &geometry.top_level {
-            if !part.has(&geometry.shapes[shape.0 as usize]) {
-                continue;
-            }
             if let Some(made) = builder.shape(shape, scales.render)? {
                 top.attach(made)?;
                 targets.push(Target::Shape(shape));
@@ -99,8 +70,7 @@ impl Structure {
         }
         let mut prototypes: Vec<Option<PrototypeScene>> = Vec::new();
         prototypes.resize_with(geometry.prototypes.len(), || None);
-        let instances = if part == Part::Plain { &[] } else { geometry.instances.as_slice() };
-        for (id, instance) in instances.iter().enumerate() {
+        for (id, instance) in geometry.instances.iter().enumerate() {
             let slot = &mut prototypes[instance.prototype as usize];
             let prototype = match slot {
                 Some(prototype) => prototype,
@@ -153,7 +123,7 @@ impl Builder<'_> {
     /// Embree's geometry of a shape in a space of this scale, if it belongs to this structure and has anything to hit.
     fn shape(&self, id: ShapeId, scale: Scale) -> Result<Option<::embree::Geometry>, Error> {
         let shape = &self.geometry.shapes[id.0 as usize];
-        if shape.is_boundary != (self.part == Part::Boundaries) || shape.primitive_count() == 0 {
+        if shape.is_boundary != self.boundaries || shape.primitive_count() == 0 {
             return Ok(None);
         }
         let filter = self.filter(id, shape);
@@ -178,7 +148,7 @@ impl Builder<'_> {
 
     fn filter(&self, id: ShapeId, shape: &Shape) -> HitFilter {
         match self.opacity {
-            _ if self.part == Part::Boundaries => HitFilter::Collect,
+            _ if self.boundaries => HitFilter::Collect,
             Some(opacity) if shape.has_opacity() => HitFilter::Test(Arc::new(ShapeOpacity {
                 instances: self.instances.clone(),
                 geometry: self.geometry.clone(),
