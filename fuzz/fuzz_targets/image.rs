@@ -4,14 +4,25 @@
 
 use std::path::Path;
 
-use lanternfish::film::image::{Encoding, read_image_bytes};
+use lanternfish::film::image::Encoding;
+use lanternfish::film::stored_image::{StoredImage, Values, read_stored_bytes};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
-    if let Ok(mut image) = read_image_bytes(Path::new("fuzz.tga"), data.to_vec(), Encoding::Auto) {
-        assert_eq!(image.pixels.len(), image.width * image.height * image.channels);
-        assert!(image.width > 0 && image.height > 0 && [1, 3, 4].contains(&image.channels));
+    if let Ok(mut image) = read_stored_bytes(Path::new("fuzz.tga"), data.to_vec()) {
+        check(&image);
         image.drop_opaque_alpha();
-        assert_eq!(image.pixels.len(), image.width * image.height * image.channels);
+        check(&image);
+        let decoded = image.decoded(Encoding::Auto);
+        assert_eq!(decoded.pixels.len(), decoded.width * decoded.height * decoded.channels);
     }
 });
+
+fn check(image: &StoredImage) {
+    assert!(image.width > 0 && image.height > 0 && [1, 3, 4].contains(&image.channels));
+    let values = match &image.values {
+        Values::Bytes(bytes) => bytes.len(),
+        Values::Floats(floats) => floats.len(),
+    };
+    assert_eq!(values, image.width * image.height * image.channels);
+}
