@@ -1,6 +1,6 @@
 //! Lanternfish: a CPU production renderer for scenes with very many lights and OpenVDB volumes.
 //!
-//! Rooms, from the top; each uses only those below it: [`cli`], [`bench`], [`report`], [`stability`], [`render`], [`integrator`], [`light`],
+//! Rooms, from the top; each uses only those below it: [`cli`], [`bench`], [`report`], [`farm`], [`stability`], [`render`], [`integrator`], [`light`],
 //! [`medium`], [`material`], [`geometry`], [`gallery`], [`film`], [`scene`], [`math`], [`system`].
 
 #![forbid(unsafe_code)]
@@ -9,6 +9,7 @@
 pub mod bench;
 pub mod cache_points;
 pub mod cli;
+pub mod farm;
 pub mod film;
 #[doc(hidden)]
 pub mod fuzzing;

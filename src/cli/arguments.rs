@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::checkpoint_arguments::CheckpointArguments;
+use super::farm_arguments::FarmArguments;
 use super::texture_arguments::TextureArguments;
 use crate::bench::suite::Suite;
 use crate::bench::{Request, When};
@@ -41,6 +42,8 @@ pub enum Command {
     Bench(BenchArguments),
     /// Render scenes, or all in a folder, with a few samples, and say of each whether it works, how long it took and what it warned of.
     Try(TryArguments),
+    /// Hand a render to the scheduler of a farm, in parts and frames.
+    Farm(FarmArguments),
     /// Write one of the project's own scenes to a folder.
     Scene(SceneArguments),
     /// Check that extreme scenes come out right, case by case.

@@ -4,6 +4,9 @@ pub mod arguments;
 pub mod bench_command;
 mod checkpoint_arguments;
 pub mod diagnostics;
+mod farm_arguments;
+mod farm_command;
+mod frames;
 pub mod images;
 pub mod info_command;
 pub mod interrupt;
@@ -30,6 +33,7 @@ pub fn run(arguments: &Arguments) -> ExitStatus {
         Command::Compare(arguments) => images::run_compare(arguments),
         Command::Bench(arguments) => bench_command::run(arguments),
         Command::Try(arguments) => try_command::run(arguments),
+        Command::Farm(arguments) => farm_command::run(arguments),
         Command::Scene(arguments) => scene_command::run(arguments),
         Command::Stability(arguments) => stability_command::run(arguments),
     }
