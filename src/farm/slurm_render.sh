@@ -34,7 +34,7 @@ stop() {
     heard=yes
     if [ -z "$asked" ]; then
         asked=$1
-        [ -z "$render" ] || kill -USR1 "$render"
+        [ -z "$render" ] || kill -USR1 "$render" 2>/dev/null
     fi
 }
 trap 'stop time' USR1

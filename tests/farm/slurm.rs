@@ -231,7 +231,7 @@ fn tasks_that_are_killed_stopped_and_requeued_change_nothing() {
 }
 
 #[test]
-fn a_job_that_fails_or_is_cancelled_is_neither_repeated_nor_merged() {
+fn a_job_that_fails_is_not_merged_until_it_is_mended() {
     let Some(cluster) = Cluster::start() else { return };
     std::fs::write(cluster.path("s.####.pbrt"), "").expect("written");
     for frame in [1, 2] {
@@ -263,8 +263,11 @@ fn a_job_that_fails_or_is_cancelled_is_neither_repeated_nor_merged() {
         );
     }
     assert_eq!(std::fs::read_dir(cluster.path("f.farm/parts")).expect("a folder").count(), 0);
+}
 
-    // What a person cancels stays cancelled.
+#[test]
+fn what_is_cancelled_stays_cancelled_and_what_is_refused_leaves_nothing() {
+    let Some(cluster) = Cluster::start() else { return };
     std::fs::write(cluster.path("long.pbrt"), scene(1 << 20)).expect("written");
     let said = cluster.done(PROGRAM, &["farm", "slurm", "long.pbrt", "-o", "long.exr", "--", "--threads", "1"]);
     let [render] = &jobs(&said)[..] else { panic!("{said}") };
