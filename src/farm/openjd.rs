@@ -22,6 +22,9 @@ pub const TEMPLATE: &str = "template.json";
 /// The same.
 pub const VALUES: &str = "parameter_values.json";
 
+/// Names and values of parameters.
+pub type Values = Vec<(&'static str, String)>;
+
 /// A `JobTemplate`.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -75,7 +78,7 @@ struct Script {
 ///
 /// # Errors
 /// Where a value is longer than the specification allows.
-pub fn template(job: &FarmJob) -> Result<(Template, Vec<(&'static str, String)>), FarmError> {
+pub fn template(job: &FarmJob) -> Result<(Template, Values), FarmError> {
     let path = |name, description, data_flow| Definition {
         name,
         r#type: "PATH",

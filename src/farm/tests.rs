@@ -313,7 +313,7 @@ fn options_of_sbatch_overrule_those_of_renders_but_not_the_array_of_merges() {
     options.check(&job).expect("right");
     let last_array = |script: &str| {
         assert!(script.contains("#SBATCH --partition=night\n"));
-        script.lines().filter(|line| line.starts_with("#SBATCH --array")).next_back().map(str::to_owned)
+        script.lines().rfind(|line| line.starts_with("#SBATCH --array")).map(str::to_owned)
     };
     let render = render_script(&job, &options).expect("a script");
     assert_eq!(last_array(&render).as_deref(), Some("#SBATCH --array=0-5%2"));
