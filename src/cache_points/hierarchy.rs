@@ -48,6 +48,35 @@ impl Hierarchy {
         self.tree.iter().map(LightTree::root).chain((self.finite()..self.places()).map(at_infinity))
     }
 
+    /// The places of each node of the tree: the first, and one past the last.
+    pub fn spans(&self) -> Vec<[u32; 2]> {
+        let mut spans = vec![];
+        let mut open: Vec<Cluster> = self.roots().filter(|cluster| cluster.node != AT_INFINITY).collect();
+        while let Some(cluster) = open.pop() {
+            let node = cluster.node as usize;
+            if spans.len() <= node {
+                spans.resize(node + 1, [0; 2]);
+            }
+            spans[node] = [cluster.first, cluster.end()];
+            open.extend(self.children(&cluster).into_iter().filter(|child| child.node != cluster.node));
+        }
+        spans
+    }
+
+    /// Whether there is such a cluster; `spans` are those of this hierarchy.
+    pub fn has(&self, spans: &[[u32; 2]], cluster: &Cluster) -> bool {
+        let Cluster { first, count, node } = *cluster;
+        if node == AT_INFINITY {
+            return count == 1 && (self.finite()..self.places()).contains(&first);
+        }
+        spans.get(node as usize).is_some_and(|&[start, end]| {
+            let is_whole = [start, end] == [first, first.saturating_add(count)];
+            // Of one light among several in a leaf, the leaf.
+            let is_of_leaf = count == 1 && (start..end).contains(&first) && (end - start) as usize <= MOST_IN_LEAF;
+            start < end && (is_whole || is_of_leaf)
+        })
+    }
+
     /// What a cluster of several lights falls into. Nothing for one light.
     #[inline]
     pub fn children(&self, cluster: &Cluster) -> ArrayVec<Cluster, MOST_IN_LEAF> {

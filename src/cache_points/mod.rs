@@ -13,6 +13,7 @@
 pub mod blur;
 pub mod gather;
 pub mod hierarchy;
+pub mod kept;
 pub mod learn;
 pub mod linked;
 pub mod lookup;
@@ -166,8 +167,7 @@ impl CachePoints {
         let lookup = NearestPoint::new(&positions);
         statistics.seconds.lookup = clock.lap();
 
-        let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
-        let uniform = Uniform::new(lights, dark);
+        let uniform = Uniform::of_shining(lights);
         let mut cache = Self {
             settings,
             hierarchy,

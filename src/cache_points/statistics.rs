@@ -17,6 +17,8 @@ pub struct CacheStatistics {
     pub coincident: usize,
     /// Points left after merging.
     pub points: usize,
+    /// Whether they are those of another render.
+    pub are_loaded: bool,
     /// Near lights a point, on average.
     pub near_lights: f64,
     /// Far lights and clusters a point, on average.

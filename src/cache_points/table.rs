@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use super::gather::Gathered;
-use super::hierarchy::Cluster;
+use super::hierarchy::{Cluster, Hierarchy};
 
 /// Sensors at a point: planes that face +x, −x, +y, −y, +z, −z, and one that receives from everywhere.
 pub const BINS: usize = 7;
@@ -185,6 +185,28 @@ impl Table {
             && [self.counters.len(), self.visibility.len(), self.energies.fluence.len()] == [entries; 3]
             && self.energies.shares.len() == PLANES * entries
             && (self.near_offsets.is_empty() || lists(&self.near_offsets, self.near.len()))
+    }
+
+    /// Whether it is one of so many points and of these lights.
+    pub fn is_of(&self, points: usize, hierarchy: &Hierarchy) -> bool {
+        let is_weight = |weights: &[f32]| weights.iter().all(|w| w.is_finite() && *w >= 0.0);
+        let fits = self.is_whole()
+            && [self.offsets.len(), self.near_offsets.len()] == [points + 1; 2]
+            && self.end.is_none_or(|end| end == hierarchy.places())
+            && is_weight(&self.visibility)
+            && is_weight(&self.energies.fluence);
+        let spans = hierarchy.spans();
+        let is_list = |point: u32| {
+            let entries = &self.entries[range(&self.offsets, point)];
+            let ends = entries.iter().skip(1).map(|entry| entry.first).chain(self.end);
+            entries.len() <= usize::from(u16::MAX)
+                && entries.is_sorted_by(|a, b| a.first < b.first)
+                && entries.iter().zip(ends).all(|(entry, end)| entry.first < end)
+                && (self.end.is_none() || entries.first().is_none_or(|entry| entry.first == 0))
+                && self.list(point).iter().all(|cluster| hierarchy.has(&spans, &cluster))
+                && self.near(point).iter().all(|&k| usize::from(k) < entries.len())
+        };
+        fits && (0..points as u32).all(is_list)
     }
 
     /// The lists of `count` points, each from `gather` for its number, with the counters that its entries begin with (missing ones at 0). `end` is

@@ -287,3 +287,46 @@ fn a_scene_may_be_scaled() {
     assert_eq!(clusters(&one), clusters(&tiny));
     assert_eq!(clusters(&one), clusters(&huge));
 }
+
+/// What a file holds is believed only where it fits the lights.
+#[test]
+fn kept_points_are_taken_up_whole_or_not_at_all() {
+    let lights = lights(300, 11);
+    for (gathering, visibility) in ALL {
+        let settings = settings(gathering, visibility);
+        let cache = build(&lights, settings);
+        let bytes = postcard::to_stdvec(&cache.kept()).expect("it fits");
+        let read = |bytes: &[u8]| postcard::from_bytes::<kept::KeptPoints>(bytes).ok();
+        let again = CachePoints::from_kept(&lights, read(&bytes).expect("whole"), settings).expect("of these lights");
+        for receiver in receivers(60, 3) {
+            let mut scratch = [CacheScratch::default(), CacheScratch::default()];
+            cache.prepare(&lights, &receiver, &mut scratch[0]);
+            again.prepare(&lights, &receiver, &mut scratch[1]);
+            for id in lights.ids() {
+                let [a, b] = [(&cache, &scratch[0]), (&again, &scratch[1])]
+                    .map(|(cache, scratch)| cache.pmf(&lights, id, scratch));
+                assert_eq!(a.to_bits(), b.to_bits());
+            }
+        }
+        // Of fewer lights; with bytes that differ: nothing is asked for that is not there.
+        let fewer = self::lights(150, 11);
+        assert!(CachePoints::from_kept(&fewer, read(&bytes).expect("whole"), settings).is_none());
+        let mut stream = Stream::from_seed(5);
+        let mut taken = 0;
+        for _ in 0..100 {
+            let mut bad = bytes.clone();
+            let place = (stream.next_f32() * bad.len() as f32) as usize;
+            bad[place] ^= 1 << (stream.next_f32() * 8.0) as u32;
+            let Some(kept) = read(&bad) else { continue };
+            let Some(mut cache) = CachePoints::from_kept(&lights, kept, settings) else { continue };
+            taken += 1;
+            for receiver in receivers(10, 4) {
+                let mut scratch = CacheScratch::default();
+                cache.prepare(&lights, &receiver, &mut scratch);
+                draw(&cache, &lights, &[0.1, 0.5, 0.9], &scratch);
+            }
+            cache.learn(&lights);
+        }
+        println!("{gathering:?} {visibility:?}: {taken} of 100 damaged ones are as good as any");
+    }
+}

@@ -7,6 +7,8 @@ use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::checkpoint_arguments::CheckpointArguments;
 use super::farm_arguments::FarmArguments;
+use super::merge_command::MergeArguments;
+use super::share_arguments::ShareArguments;
 use super::texture_arguments::TextureArguments;
 use crate::bench::suite::Suite;
 use crate::bench::{Request, When};
@@ -36,6 +38,8 @@ pub enum Command {
     Render(RenderArguments),
     /// Say what is in a scene, a .vdb, a .nvdb or an .exr file; for a scene also what a render of it would build.
     Info(InfoArguments),
+    /// Join images of one frame that have different samples of it.
+    Merge(MergeArguments),
     /// Compare two OpenEXR images of the same size and crop.
     Compare(CompareArguments),
     /// Measure error against run time: methods against each other, on scenes of yours or of the project.
@@ -129,6 +133,9 @@ pub struct RenderArguments {
     /// How it is kept.
     #[command(flatten)]
     pub checkpoints: CheckpointArguments,
+    /// Which frames, and what part of each.
+    #[command(flatten)]
+    pub share: ShareArguments,
     /// Which library traces rays [default: embree where built in].
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,
@@ -337,7 +344,11 @@ impl RenderArguments {
             output: self.output.clone(),
             png,
             budget,
+            share: self.share.share(),
             seed: self.seed,
+            frame: None,
+            save_cache: self.share.save_cache.clone(),
+            load_cache: self.share.load_cache.clone(),
             threads: self.threads.map(|n| n as usize),
             lights: self.lights,
             splitting: self.splitting,

@@ -35,7 +35,7 @@ pub fn run(arguments: &BenchArguments) -> ExitStatus {
     let watch: Box<dyn Watch> =
         if arguments.quiet { Box::new(crate::bench::watch::Nobody) } else { Box::new(Shown::new()) };
     // From here on there are renders to end.
-    interrupts.rendering_begins();
+    interrupts.rendering(true);
     match crate::bench::run(&settings, watch.as_ref(), &interrupts.stop) {
         Ok(report) => {
             if !arguments.quiet {

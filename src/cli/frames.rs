@@ -55,13 +55,15 @@ pub fn numbered(path: &Path, frame: i32) -> PathBuf {
     name.into()
 }
 
-/// The name with a place for the frame's number before its ending, if it has none.
-pub fn with_place(path: PathBuf) -> PathBuf {
-    if has_place(&path) {
+/// `path` with the frame's number, in at least four digits, before its ending, unless that is there.
+pub fn with_number(path: PathBuf, frame: i32) -> PathBuf {
+    let mut name: OsString = path.file_stem().unwrap_or_default().to_owned();
+    let text = name.to_string_lossy();
+    let stem = text.trim_end_matches(|c: char| c.is_ascii_digit());
+    if text[stem.len()..].parse() == Ok(frame.unsigned_abs()) && (frame >= 0 || stem.ends_with('-')) {
         return path;
     }
-    let mut name: OsString = path.file_stem().unwrap_or_default().to_owned();
-    name.push(".####");
+    name.push(numbered(Path::new(".####"), frame));
     if let Some(ending) = path.extension() {
         name.push(".");
         name.push(ending);
@@ -91,8 +93,11 @@ mod tests {
         assert_eq!(name("shot.####.exr", 12345), "shot.12345.exr");
         assert_eq!(name("a##/b#.exr", -3), "a-03/b-3.exr");
         assert_eq!(name("plain.exr", 7), "plain.exr");
-        assert_eq!(with_place("a/b.exr".into()), Path::new("a/b.####.exr"));
-        assert_eq!(with_place("a/b.##.exr".into()), Path::new("a/b.##.exr"));
-        assert_eq!(with_place("b".into()), Path::new("b.####"));
+        let with = |text: &str, frame| with_number(text.into(), frame).display().to_string();
+        assert_eq!(with("a/b.exr", 12), "a/b.0012.exr");
+        assert_eq!(with("a/b.012.exr", 12), "a/b.012.exr");
+        assert_eq!(with("b12", 2), "b12.0002");
+        assert_eq!(with("b-12.exr", -12), "b-12.exr");
+        assert_eq!(with("b12.exr", -12), "b12.-0012.exr");
     }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::ExitStatus;
 use super::arguments::CompareArguments;
-use super::render_command::refuse_overlap;
+use super::render_outputs::refuse_overlap;
 use crate::report::{CompareError, compare, info_exr, write_difference};
 
 /// `lanternfish compare`: exit code 0 however much the images differ, 3 if they cannot be compared.

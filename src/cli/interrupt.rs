@@ -54,9 +54,9 @@ impl Interrupts {
         });
     }
 
-    /// From now on there is something to keep.
-    pub fn rendering_begins(&self) {
-        self.rendering.store(true, Ordering::Relaxed);
+    /// Whether from now on there is something to keep.
+    pub fn rendering(&self, is_rendering: bool) {
+        self.rendering.store(is_rendering, Ordering::Relaxed);
     }
 }
 

@@ -10,10 +10,14 @@ mod frames;
 pub mod images;
 pub mod info_command;
 pub mod interrupt;
+pub mod merge_command;
 pub mod progress;
 pub mod render_command;
+mod render_frame;
+mod render_outputs;
 mod render_report;
 pub mod scene_command;
+mod share_arguments;
 pub mod stability_command;
 #[cfg(test)]
 mod tests;
@@ -30,6 +34,7 @@ pub fn run(arguments: &Arguments) -> ExitStatus {
     match &arguments.command {
         Command::Render(arguments) => render_command::run(arguments),
         Command::Info(arguments) => info_command::run(arguments),
+        Command::Merge(arguments) => merge_command::run(arguments),
         Command::Compare(arguments) => images::run_compare(arguments),
         Command::Bench(arguments) => bench_command::run(arguments),
         Command::Try(arguments) => try_command::run(arguments),

@@ -1,38 +1,33 @@
-//! `lanternfish render`: loads, renders, writes, and says what went wrong.
+//! `lanternfish render`: its frames one after the other, a sample of one again, and what went wrong.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use super::arguments::RenderArguments;
-use super::checkpoint_arguments::{CheckpointArguments, beside};
-use super::diagnostics::{print_error, print_message, print_warnings, say, warning_lines};
+use super::diagnostics::{print_error, print_message, print_warnings, say};
+use super::frames::{Frames, has_place, numbered};
 use super::interrupt::Interrupts;
-use super::render_report::{after_the_fact, command_line, lossy, of_rejected, replay_command, summarise};
+use super::render_frame::Studio;
 use super::{ExitStatus, progress};
 use crate::film::RejectedSample;
-use crate::film::exr::write_exr;
-use crate::film::image::write_png;
 use crate::geometry::trace::TraceError;
-use crate::render::checkpoint::{self, CheckpointError, Identity, Keeper};
-use crate::render::stats::Statistics;
-use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load};
-use crate::report::cache_points::{write_picture, write_ply};
+use crate::render::identity::Identity;
+use crate::render::lesson::Lesson;
+use crate::render::{Budget, Job, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
-use crate::system::clock::cpu_seconds;
-use crate::system::memory::peak_memory;
-use crate::system::output::{OutputError, check_writable, is_device, write_atomically};
+use crate::system::output::check_writable;
 
 /// Runs the command; messages go to the standard error output.
 pub fn run(arguments: &RenderArguments) -> ExitStatus {
     let settings = arguments.settings();
-    let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
     if let Some(sample) = arguments.replay {
-        let replayed = replay(&arguments.scene, &settings, sample, &arguments.passes, &mut sources, &mut warnings);
+        let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
+        let frame = arguments.share.frames.and_then(|frames| frames.numbers().next());
+        let (scene, settings) = of_frame(&arguments.scene, &settings, frame);
+        let replayed = replay(&scene, &settings, sample, &arguments.passes, &mut sources, &mut warnings);
         return report_end(replayed, &sources);
     }
-    let result = render(arguments, &settings, &mut sources, &mut warnings);
-    report_end(result, &sources)
+    render(arguments, &settings).unwrap_or_else(|error| report_end(Err(error), &Sources::default()))
 }
 
 /// Prints an error, if there is one, and says how the process ends.
@@ -48,9 +43,11 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
             match error {
                 RenderError::Trace(TraceError::Missing(_))
                 | RenderError::Overlap { .. }
-                | RenderError::Replay(ReplayError::Pixel(..) | ReplayError::Sample(..))
+                | RenderError::Replay(ReplayError::Pixel(..) | ReplayError::Sample { .. })
+                | RenderError::Share(_)
+                | RenderError::NoPlace { .. }
                 | RenderError::Ending { .. } => ExitStatus::Usage,
-                RenderError::Checkpoint(_) => ExitStatus::BadInput,
+                RenderError::Checkpoint(_) | RenderError::Lesson(_) => ExitStatus::BadInput,
                 RenderError::Replay(ReplayError::Interrupted) => ExitStatus::Interrupted,
                 RenderError::Trace(TraceError::Memory(_)) | RenderError::Threads(_) => ExitStatus::Limit,
                 RenderError::Trace(TraceError::Geometry(_)) => ExitStatus::BadInput,
@@ -60,25 +57,25 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
     }
 }
 
-fn render(
-    arguments: &RenderArguments,
-    settings: &RenderSettings,
-    sources: &mut Sources,
-    warnings: &mut Warnings,
-) -> Result<ExitStatus, RenderError> {
-    let path = arguments.scene.as_path();
+/// Renders all frames, up to the first that cannot be.
+fn render(arguments: &RenderArguments, settings: &RenderSettings) -> Result<ExitStatus, RenderError> {
     // What the command line names is known to be wrong before a scene is read.
     if let Some(wrong) = settings.output.as_deref().filter(|path| is_other_picture(path)) {
         return Err(RenderError::Ending { path: wrong.to_owned() });
     }
+    let frames: Vec<Option<i32>> =
+        arguments.share.frames.map_or(vec![None], |frames: Frames| frames.numbers().map(Some).collect());
     let named_png = settings.png.as_ref().and_then(|png| match png {
-        PngOutput::File(path) => Some(path.as_path()),
+        PngOutput::File(path) => Some(path),
         PngOutput::Beside => None,
     });
-    let debug = debug_files(settings);
-    let named = [settings.output.as_deref(), named_png, settings.stats.as_deref()];
-    for file in named.into_iter().flatten().chain(debug.iter().map(PathBuf::as_path)) {
-        check_writable(file)?;
+    let picture = settings.debug_cache_points.as_ref();
+    let named = [settings.output.as_ref(), named_png, settings.stats.as_ref(), picture, settings.save_cache.as_ref()];
+    for file in named.into_iter().flatten() {
+        if frames.len() > 1 && !has_place(file) {
+            return Err(RenderError::NoPlace { path: file.clone() });
+        }
+        check_writable(&frames[0].map_or(file.clone(), |frame| numbered(file, frame)))?;
     }
     let threads = settings.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
@@ -86,137 +83,41 @@ fn render(
     if let Some(time) = arguments.checkpoints.exit_at {
         interrupts.stop_after(time);
     }
-
-    let (job, outcome, seed, output, keeper, cpu_seconds_rendering) = pool.install(|| {
-        let prepared = load(path, sources, warnings).and_then(|(scene, timings)| {
-            let job = Job::prepare(&scene, settings, timings, warnings)?;
-            Ok((job, inputs(&scene, sources)))
-        });
-        if !settings.quiet {
-            print_warnings(warnings, sources);
+    let studio = Studio { checkpoints: &arguments.checkpoints, pool: &pool, interrupts: &interrupts };
+    for (i, &frame) in frames.iter().enumerate() {
+        let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
+        if let Some(frame) = frame.filter(|_| frames.len() > 1 && !settings.quiet) {
+            say(format!("frame {frame}, {} of {}", i + 1, frames.len()));
         }
-        let (mut job, inputs) = prepared?;
-        if let Some(cache) = job.world.light_choice.cache_points().filter(|_| !settings.quiet) {
-            let statistics = cache.statistics();
-            let (points, seconds) = (statistics.points, statistics.seconds.total());
-            say(format!("{points} cache points over {} lights, built in {seconds:.1} s", job.world.lights.len()));
-        }
-        let output = settings.output_path(path, job.film.filename.as_deref());
-        let png = settings.png_path(&output);
-        let images = [Some(output.as_path()), png.as_deref(), settings.stats.as_deref()];
-        let outputs: Vec<&Path> = images.into_iter().flatten().chain(debug.iter().map(PathBuf::as_path)).collect();
-        let kept = beside(&output);
-        let keeps = arguments.checkpoints.checkpoint.0.filter(|_| !is_device(&output));
-        let checkpoint = keeps.is_some().then_some(kept.as_path());
-        let all: Vec<&Path> = outputs.iter().copied().chain(checkpoint).collect();
-        refuse_overlap(&all, inputs.iter().cloned())?;
-        for file in all {
-            check_writable(file)?;
-        }
-        let seed = settings.seed.unwrap_or(job.scene_seed);
-        let budget = if settings.budget == Budget::Scene { Budget::Samples(job.scene_spp) } else { settings.budget };
-        let identity = Identity::new(sources, &inputs, settings, budget, seed, &job.world.tracer.name());
-        let from = go_on_from(&arguments.checkpoints, &kept, &identity)?;
-        let keeper = keeps.map(|interval| Keeper::new(kept, identity, interval, &interrupts.keep));
-        let listener = progress::listener(settings.quiet);
-        interrupts.rendering_begins();
-        let before = cpu_seconds();
-        let outcome = match &keeper {
-            Some(keeper) => {
-                job.render_kept(seed, settings.budget, &interrupts.stop, listener.as_ref(), keeper, from)?
-            }
-            None => job.render(seed, settings.budget, &interrupts.stop, listener.as_ref()),
-        };
-        Ok::<_, RenderError>((job, outcome, seed, output, keeper, cpu_seconds() - before))
-    })?;
-    let mut late = Warnings::default();
-    job.world.materials.report_images(&mut late)?;
-    if !settings.quiet {
-        print_warnings(&late, sources);
-    }
-    let kept = keeper.as_ref().map(Keeper::settle);
-    if outcome.interrupted && outcome.film.sample_count() == 0 {
-        say("interrupted before anything was rendered: no image is written");
-        return Ok(ExitStatus::Interrupted);
-    }
-
-    let written = Instant::now();
-    let replay = outcome.film.rejected().1.map(|first| {
-        let is_timed = matches!(settings.budget, Budget::Time(_));
-        let passes = is_timed.then(|| outcome.iterations.iter().map(|iteration| iteration.samples));
-        replay_command(std::env::args_os().map(lossy), first, passes.into_iter().flatten())
-    });
-    let unkept = kept.as_ref().and_then(|kept| kept.as_ref().err()).map(|error| format!("warning: {error}"));
-    let told =
-        [warning_lines(&late, sources), after_the_fact(&outcome, replay.as_deref()), unkept.into_iter().collect()]
-            .concat();
-    let mut statistics = Statistics {
-        command: command_line(),
-        version: env!("CARGO_PKG_VERSION"),
-        scene: path.display().to_string(),
-        seed,
-        threads: pool.current_num_threads(),
-        backend: job.world.tracer.name(),
-        resolution: job.film.resolution,
-        samples_per_pixel: outcome.samples_per_pixel,
-        error: outcome.film.error_estimate(),
-        non_finite_samples: outcome.film.rejected().0,
-        first_non_finite_sample: outcome.film.rejected().1,
-        replay,
-        seconds: job.timings,
-        cpu_seconds: 0.0,
-        cpu_seconds_rendering,
-        peak_memory: 0,
-        texture_cache: job.world.materials.texture_cache(),
-        counters: outcome.counters,
-        iterations: outcome.iterations.clone(),
-        cache_points: job.world.light_choice.cache_points().map(|cache| cache.statistics().clone()),
-        plan: job.plan.clone(),
-        warnings: [warning_lines(warnings, sources), told.clone()].concat(),
-    };
-    (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), peak_memory());
-    write_images(&output, settings, &job, &outcome, &statistics)?;
-    write_cache_points(&debug, &job, &outcome)?;
-    statistics.seconds.write = written.elapsed().as_secs_f64();
-    (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), peak_memory());
-    if let Some(path) = &settings.stats {
-        write_json(path, &statistics)?;
-    }
-    if !settings.quiet {
-        for warning in told {
-            say(warning);
-        }
-        summarise(&output, &statistics, &outcome);
-        if outcome.interrupted && matches!(kept, Some(Ok(()))) {
-            say(format!("{}: --resume goes on from here", beside(&output).display()));
+        let (scene, settings) = of_frame(&arguments.scene, settings, frame);
+        interrupts.rendering(false);
+        let result = studio.render(&scene, &settings, &mut sources, &mut warnings);
+        let status = report_end(result, &sources);
+        if status != ExitStatus::Done {
+            return Ok(status);
         }
     }
-    if let Some(keeper) = keeper.filter(|_| !outcome.interrupted) {
-        keeper.forget();
-    }
-    Ok(if outcome.interrupted { ExitStatus::Interrupted } else { ExitStatus::Done })
+    Ok(ExitStatus::Done)
 }
 
-/// What was kept of this render, where it is to go on from there.
-fn go_on_from(
-    arguments: &CheckpointArguments,
-    path: &Path,
-    identity: &Identity,
-) -> Result<Option<checkpoint::Kept>, RenderError> {
-    if !arguments.resume && !arguments.recover {
-        return Ok(None);
-    }
-    match checkpoint::read(path, identity) {
-        Ok(None) if arguments.resume => {
-            Err(CheckpointError::Unreadable { path: path.to_owned(), reason: "there is no such file".to_owned() }
-                .into())
-        }
-        Err(error) if arguments.recover => {
-            say(format!("warning: {error}; rendering from the start"));
-            Ok(None)
-        }
-        found => Ok(found?),
-    }
+/// The scene and settings of a frame: its number stands where names have a place for it.
+fn of_frame(scene: &Path, settings: &RenderSettings, frame: Option<i32>) -> (PathBuf, RenderSettings) {
+    let Some(frame) = frame else { return (scene.to_owned(), settings.clone()) };
+    let named = |path: &Option<PathBuf>| path.as_ref().map(|path| numbered(path, frame));
+    let settings = RenderSettings {
+        output: named(&settings.output),
+        png: settings.png.clone().map(|png| match png {
+            PngOutput::File(path) => PngOutput::File(numbered(&path, frame)),
+            PngOutput::Beside => png,
+        }),
+        stats: named(&settings.stats),
+        debug_cache_points: named(&settings.debug_cache_points),
+        save_cache: named(&settings.save_cache),
+        load_cache: named(&settings.load_cache),
+        frame: Some(frame),
+        ..settings.clone()
+    };
+    (numbered(scene, frame), settings)
 }
 
 /// Renders one sample again and prints how it comes about.
@@ -231,115 +132,31 @@ fn replay(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads.unwrap_or(0)).build()?;
     let interrupts = Interrupts::listen();
     let replayed = pool.install(|| {
-        let prepared = load(path, sources, warnings)
-            .and_then(|(scene, timings)| Job::prepare(&scene, settings, timings, warnings));
+        let prepared = load(path, sources, warnings).and_then(|(scene, timings)| {
+            let identity = || Identity::of_lesson(sources, &inputs(&scene, sources), settings);
+            let taught = settings.load_cache.as_ref().map(|path| Lesson::read(path, &identity())).transpose()?;
+            Job::prepare_taught(&scene, settings, timings, warnings, taught)
+        });
         if !settings.quiet {
             print_warnings(warnings, sources);
         }
         let mut job = prepared?;
-        let limit = match settings.budget {
-            Budget::Scene => Some(job.scene_spp),
+        let limit = match job.budget {
             Budget::Samples(spp) => Some(spp),
-            Budget::Time(_) | Budget::Error(_) => None,
+            Budget::Scene | Budget::Time(_) | Budget::Error(_) => None,
         };
-        let seed = settings.seed.unwrap_or(job.scene_seed);
         let listener = progress::listener(settings.quiet);
-        interrupts.rendering_begins();
-        Ok::<_, RenderError>(job.replay(seed, sample, passes, limit, &interrupts.stop, listener.as_ref())?)
+        interrupts.rendering(true);
+        Ok::<_, RenderError>(job.replay(job.seed, sample, passes, limit, &interrupts.stop, listener.as_ref())?)
     })?;
     let _ = write!(std::io::stdout(), "{replayed}");
     Ok(ExitStatus::Done)
-}
-
-/// The times as JSON, without that of writing the file they go into.
-fn seconds_so_far(seconds: &crate::render::Timings) -> String {
-    let mut value = serde_json::to_value(seconds).unwrap_or_default();
-    if let Some(map) = value.as_object_mut() {
-        map.remove("write");
-    }
-    value.to_string()
 }
 
 /// Whether a name says that it is a picture of another kind than OpenEXR.
 fn is_other_picture(path: &Path) -> bool {
     let ending = path.extension().map(|e| e.to_ascii_lowercase());
     ending.is_some_and(|e| ["png", "jpg", "jpeg", "tif", "tiff", "tga", "hdr", "bmp"].iter().any(|known| e == *known))
-}
-
-/// Refuses to write two things to one file, or over an input.
-pub fn refuse_overlap(outputs: &[&Path], mut inputs: impl Iterator<Item = PathBuf>) -> Result<(), RenderError> {
-    // Files that are not there yet are told apart by their folder and name.
-    let place = |path: &Path| {
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let beside = || Some(folder.canonicalize().ok()?.join(path.file_name()?));
-        path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
-    };
-    // Devices such as /dev/null may take anything.
-    let places: Vec<(&Path, PathBuf)> =
-        outputs.iter().filter(|path| !is_device(path)).map(|&path| (path, place(path))).collect();
-    for (i, (path, at)) in places.iter().enumerate() {
-        if places[..i].iter().any(|(_, other)| other == at) {
-            return Err(RenderError::Overlap { path: path.to_path_buf() });
-        }
-    }
-    match inputs.find_map(|input| places.iter().find(|(_, at)| *at == place(&input)).map(|(path, _)| *path)) {
-        Some(path) => Err(RenderError::Overlap { path: path.to_path_buf() }),
-        None => Ok(()),
-    }
-}
-
-fn write_images(
-    output: &Path,
-    settings: &RenderSettings,
-    job: &Job,
-    outcome: &Outcome,
-    statistics: &Statistics,
-) -> Result<(), RenderError> {
-    let mut channels = outcome.film.channels();
-    let mut attribute = |name: &str, value: String| channels.attributes.push((name.to_owned(), value));
-    attribute("lanternfish.command", statistics.command.clone());
-    attribute("lanternfish.version", statistics.version.to_owned());
-    attribute("lanternfish.scene", statistics.scene.clone());
-    attribute("lanternfish.seed", statistics.seed.to_string());
-    attribute("lanternfish.samplesPerPixel", statistics.samples_per_pixel.to_string());
-    attribute("lanternfish.backend", statistics.backend.clone());
-    attribute("lanternfish.plan", job.plan.summary());
-    attribute("lanternfish.seconds", seconds_so_far(&statistics.seconds));
-    if let Some(fault) = of_rejected(&outcome.film, statistics.replay.as_deref()) {
-        attribute("lanternfish.nonFinite", fault);
-    }
-    if outcome.interrupted {
-        attribute("lanternfish.interrupted", "the render was stopped; pixels differ in their sample counts".to_owned());
-    }
-    write_exr(output, &channels)?;
-    if let Some(png) = settings.png_path(output) {
-        write_png(&png, &outcome.film.beauty(), 0.0)?;
-    }
-    Ok(())
-}
-
-/// The picture of the cache points and the PLY file beside it, if they were asked for.
-fn debug_files(settings: &RenderSettings) -> Vec<PathBuf> {
-    settings.debug_cache_points.iter().flat_map(|path| [path.clone(), path.with_extension("ply")]).collect()
-}
-
-fn write_cache_points(files: &[PathBuf], job: &Job, outcome: &Outcome) -> Result<(), RenderError> {
-    let [picture, ply] = files else { return Ok(()) };
-    let Some(cache) = job.world.light_choice.cache_points() else {
-        say(
-            "no cache points were built: there is no picture of them (--lights cache-points builds them wherever there are two lights)",
-        );
-        return Ok(());
-    };
-    let points: Vec<_> = cache.points().collect();
-    let (beauty, tracer) = (outcome.film.beauty(), &job.world.tracer);
-    write_picture(picture, &beauty, job.film.bounds, &job.camera, tracer, &points)?;
-    Ok(write_ply(ply, &points)?)
-}
-
-fn write_json(path: &Path, statistics: &Statistics) -> Result<(), RenderError> {
-    let text = serde_json::to_string_pretty(statistics).map_err(|error| OutputError::new(path, error))?;
-    Ok(write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(|error| error.to_string()))?)
 }
 
 /// An error for something that is not a scene file but should be readable.

@@ -85,15 +85,27 @@ pub(super) fn replay_command(
     mut arguments: impl Iterator<Item = String>,
     RejectedSample { pixel: [x, y], sample }: RejectedSample,
     passes: impl Iterator<Item = u32>,
+    frame: Option<i32>,
 ) -> String {
     // The program and the word `render`. Before all other arguments there is no place where an option would be taken for something else.
     let mut words: Vec<String> = arguments.by_ref().take(2).collect();
+    if let Some(frame) = frame {
+        words.push(format!("--frames={frame}"));
+    }
     words.extend(["--replay".to_owned(), format!("{x},{y},{sample}")]);
     let passes: Vec<String> = passes.map(|pass| pass.to_string()).collect();
     if !passes.is_empty() {
         words.extend(["--passes".to_owned(), passes.join(",")]);
     }
-    in_words(words.into_iter().chain(arguments))
+    let mut rest = vec![];
+    while let Some(argument) = arguments.next() {
+        match argument.strip_prefix("--frames") {
+            Some("") => drop(arguments.next()),
+            Some(value) if value.starts_with('=') => {}
+            _ => rest.push(argument),
+        }
+    }
+    in_words(words.into_iter().chain(rest))
 }
 
 /// An argument as text, whatever it is.
@@ -137,13 +149,16 @@ mod tests {
         let first = first.expect("one was left out");
         assert_eq!((count, first.pixel, first.sample), (1, [35, 7], 9));
         let words = ["lanternfish", "render", "my scene.pbrt", "--seed", "7", "--png"].map(str::to_owned);
-        let command = replay_command(words.clone().into_iter(), first, [].into_iter());
+        let command = replay_command(words.clone().into_iter(), first, [].into_iter(), None);
         assert_eq!(command, "lanternfish render --replay 35,7,9 'my scene.pbrt' --seed 7 --png");
         let text = of_rejected(&film, Some(&command)).expect("told");
         assert!(text.starts_with("1 sample was NaN or infinite and left out: pixel 35,7 sample 9"), "{text}");
         assert!(text.ends_with(&command), "{text}");
-        let timed = replay_command(words.into_iter(), first, [1, 1, 2, 4, 3].into_iter());
+        let timed = replay_command(words.into_iter(), first, [1, 1, 2, 4, 3].into_iter(), None);
         assert!(timed.contains(" --replay 35,7,9 --passes 1,1,2,4,3 'my"), "{timed}");
+        let words = ["lanternfish", "render", "s.####.pbrt", "--frames", "1..9", "--png"].map(str::to_owned);
+        let of_sequence = replay_command(words.into_iter(), first, [].into_iter(), Some(3));
+        assert_eq!(of_sequence, "lanternfish render --frames=3 --replay 35,7,9 's.####.pbrt' --png");
         // Another tile has one that comes earlier.
         let mut samples = PixelSamples::new(Sensor::default());
         samples.add(3, &SampleResult { beauty: Rgb::splat(f32::INFINITY), ..SampleResult::default() });

@@ -62,7 +62,7 @@ pub fn run(arguments: &TryArguments) -> ExitStatus {
         return ExitStatus::Failed;
     }
     let stop = Interrupts::listen();
-    stop.rendering_begins();
+    stop.rendering(true);
     let say = |line: String| {
         if !arguments.json {
             // That nobody reads it is no error.

@@ -115,6 +115,26 @@ pub fn read_exr_layers(path: &Path) -> Result<ChannelImage, ImageError> {
     read_exr_from(path, BufReader::new(file), length)
 }
 
+/// The text attributes of an OpenEXR file's header, without its pixels.
+pub fn read_exr_attributes(path: &Path) -> Result<Vec<(String, String)>, ImageError> {
+    let (file, _) = open_regular(path).map_err(|e| refuse(path, e.to_string()))?;
+    let meta = MetaData::read_from_buffered(BufReader::new(file), false).map_err(|e| refuse(path, e.to_string()))?;
+    let Some(first) = meta.headers.first() else { return Err(refuse(path, "the file holds no image")) };
+    Ok(texts(first.shared_attributes.other.iter().chain(first.own_attributes.other.iter())))
+}
+
+/// Those of the attributes that are text, in the order of their names.
+fn texts<'a>(attributes: impl Iterator<Item = (&'a Text, &'a AttributeValue)>) -> Vec<(String, String)> {
+    let text = |(name, value): (&Text, &AttributeValue)| match value {
+        AttributeValue::Text(value) => Some((untext(name), untext(value))),
+        _ => None,
+    };
+    let mut attributes: Vec<(String, String)> = attributes.filter_map(text).collect();
+    attributes.sort();
+    attributes.dedup_by(|a, b| a.0 == b.0);
+    attributes
+}
+
 /// Reads an OpenEXR file that is already in memory; `path` is for messages.
 pub fn read_exr_bytes(path: &Path, bytes: &[u8]) -> Result<ChannelImage, ImageError> {
     read_exr_from(path, Cursor::new(bytes), bytes.len() as u64)
@@ -170,15 +190,7 @@ fn read_exr_from(path: &Path, mut source: impl Read + Seek + Send, length: u64) 
         }
     }
     let shared = image.attributes.other.iter();
-    let mut attributes: Vec<(String, String)> = shared
-        .chain(first.attributes.other.iter())
-        .filter_map(|(name, value)| match value {
-            AttributeValue::Text(value) => Some((untext(name), untext(value))),
-            _ => None,
-        })
-        .collect();
-    attributes.sort();
-    attributes.dedup_by(|a, b| a.0 == b.0);
+    let attributes = texts(shared.chain(first.attributes.other.iter()));
     Ok(ChannelImage { bounds, display, channels, attributes })
 }
 

@@ -73,7 +73,7 @@ impl SurfaceSums {
 }
 
 /// The channels' names; [`values`] has them in this order.
-pub const CHANNELS: [&str; 22] = [
+pub const CHANNELS: [&str; 23] = [
     "Albedo.R",
     "Albedo.G",
     "Albedo.B",
@@ -96,10 +96,11 @@ pub const CHANNELS: [&str; 22] = [
     "RelativeVariance.R",
     "RelativeVariance.G",
     "RelativeVariance.B",
+    "surface.samples",
 ];
 
 /// A pixel's channels: the mean `albedo`; means over the samples that met a surface, 0 where none did; then, as pbrt-v4 has it, the variance of a
-/// single sample and that over the square of the mean.
+/// single sample and that over the square of the mean; last how many samples met a surface.
 pub fn values(albedo: DVec3, sums: &SurfaceSums, beauty: &Moments) -> [f64; CHANNELS.len()] {
     let scale = if sums.hits > 0 { 1.0 / sums.hits as f64 } else { 0.0 };
     let variance = beauty.variance_of_mean() * beauty.count as f64;
@@ -111,7 +112,9 @@ pub fn values(albedo: DVec3, sums: &SurfaceSums, beauty: &Moments) -> [f64; CHAN
     let triple = |v: DVec3| v.to_array();
     let pairs = [uv.to_array(), slope.to_array()];
     let values = [albedo, p, ng, ns].into_iter().flat_map(triple).chain(pairs.into_iter().flatten());
-    for (slot, value) in all.iter_mut().zip(values.chain([variance, relative].into_iter().flat_map(triple))) {
+    for (slot, value) in
+        all.iter_mut().zip(values.chain([variance, relative].into_iter().flat_map(triple)).chain([sums.hits as f64]))
+    {
         *slot = value;
     }
     all

@@ -8,6 +8,7 @@ pub mod exr;
 pub mod filter;
 pub mod gbuffer;
 pub mod image;
+pub mod merge;
 pub mod pfm;
 pub mod settings;
 mod signed;
@@ -261,8 +262,8 @@ impl Film {
     }
 
     /// All channels, for [`exr::write_exr`]: `R G B`, `variance.R/G/B` (of the mean) and `samples`, and with AOVs the layers
-    /// `direct`, `indirect`, `emission`, `volume`, `albedo` (R, G, B), `normal` (X, Y, Z: not renormalised) and `depth.Z`
-    /// (over the samples that hit something; 0 where none did); of a `gbuffer` film [`gbuffer::CHANNELS`]. The attribute `lanternfish.biased` is there if the sensor cut samples.
+    /// `direct`, `indirect`, `emission`, `volume`, `albedo` (R, G, B), `normal` (X, Y, Z: not renormalised), `depth.Z`
+    /// (over the samples that hit something; 0 where none did) and `depth.samples` (how many did); of a `gbuffer` film [`gbuffer::CHANNELS`]. The attribute `lanternfish.biased` is there if the sensor cut samples.
     pub fn channels(&self) -> ChannelImage {
         let bounds = self.settings.bounds;
         let [width, height] = self.settings.resolution;
@@ -274,7 +275,7 @@ impl Film {
             for layer in ["direct", "indirect", "emission", "volume", "albedo"] {
                 names.extend(["R", "G", "B"].iter().map(|c| format!("{layer}.{c}")));
             }
-            names.extend(["normal.X", "normal.Y", "normal.Z", "depth.Z"].map(str::to_owned));
+            names.extend(["normal.X", "normal.Y", "normal.Z", "depth.Z", "depth.samples"].map(str::to_owned));
         }
         if self.settings.gbuffer.is_some() {
             names.extend(gbuffer::CHANNELS.map(str::to_owned));
@@ -285,8 +286,7 @@ impl Film {
             let mut put = |values: &[f64]| {
                 // In this order zip takes no plane after the last value.
                 for (value, plane) in values.iter().zip(plane.by_ref()) {
-                    // Finite sums may be beyond what an f32 holds: the variance of very bright pixels.
-                    plane[index] = if *value > f64::from(f32::MAX) { f32::MAX } else { *value as f32 };
+                    plane[index] = merge::bounded(*value);
                 }
             };
             put(&moments.mean.to_array());
@@ -298,7 +298,8 @@ impl Film {
                 for sum in [sums.direct, sums.indirect, sums.emission, sums.volume, sums.albedo, sums.normal] {
                     put(&of(sum));
                 }
-                put(&[if sums.hits > 0 { sums.depth / sums.hits as f64 } else { 0.0 }]);
+                let hits = sums.hits as f64;
+                put(&[if sums.hits > 0 { sums.depth / hits } else { 0.0 }, hits]);
             }
             if let Some(sums) = surfaces {
                 let scale = if moments.count > 0 { 1.0 / moments.count as f64 } else { 0.0 };

@@ -93,6 +93,17 @@ pub enum Backend {
 impl Backend {
     /// Embree where it is built in.
     pub const DEFAULT: Self = if cfg!(feature = "embree") { Self::Embree } else { Self::Native };
+
+    /// Its name, and the library's version where it is one, for logs and headers.
+    pub fn label(self) -> String {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree => format!("embree {}", ::embree::version()),
+            #[cfg(not(feature = "embree"))]
+            Self::Embree => "embree".to_owned(),
+            Self::Native => "native".to_owned(),
+        }
+    }
 }
 
 /// A point of a primitive, wherever it appears.
@@ -197,8 +208,8 @@ impl Tracer {
     pub fn name(&self) -> String {
         match self {
             #[cfg(feature = "embree")]
-            Self::Embree(_) => format!("embree {}", ::embree::version()),
-            Self::Native(_) => "native".to_owned(),
+            Self::Embree(_) => Backend::Embree.label(),
+            Self::Native(_) => Backend::Native.label(),
             Self::Recording(tracer) => tracer.inner().name(),
         }
     }

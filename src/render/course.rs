@@ -14,7 +14,7 @@ use crate::film::Film;
 use crate::integrator::Counters;
 
 /// Samples a pixel at most, where time or error decide.
-const MAX_SAMPLES: u32 = 1 << 24;
+pub(super) const MAX_SAMPLES: u32 = 1 << 24;
 
 /// An error estimate from fewer samples a pixel than this is not trusted to stop a render.
 const MIN_SAMPLES_FOR_ERROR: u32 = 8;
@@ -121,8 +121,8 @@ impl Course {
         progress.finish();
         job.timings.first_sample = tracking.first_tile();
         job.timings.render = start.elapsed().as_secs_f64();
-        let Self { film, counters, iterations, done, .. } = self;
-        Outcome { film, samples_per_pixel: done, counters, iterations, interrupted }
+        let Self { film, guides, counters, iterations, done, .. } = self;
+        Outcome { film, samples_per_pixel: done, counters, iterations, guides, interrupted }
     }
 
     /// Samples over all pixels, those that were rejected included.
@@ -167,9 +167,10 @@ impl Course {
     fn begin_pass(&mut self, job: &mut Job, samples: u32) {
         let learns = job.begin_pass(&mut self.guides, self.done);
         let view_rays = self.guides.splitting.as_ref().map_or(0.0, Splitting::mean);
+        let first = job.first_sample + self.done;
         self.pass = Some(OpenPass {
-            samples: [self.done, self.done + samples],
-            step: self.done,
+            samples: [first, first + samples],
+            step: first,
             learns,
             ended: vec![false; self.film.tiles().len()],
             counters: Counters::default(),
@@ -211,9 +212,9 @@ impl Course {
     fn end_pass(&mut self, job: &mut Job, limit: u32) {
         let Some(pass) = self.pass.take() else { return };
         let [first, end] = pass.samples;
-        self.done = end;
+        self.done = end - job.first_sample;
         let start = Instant::now();
-        if self.done < limit {
+        if self.done < limit || job.teaches {
             job.learn(&mut self.guides, end - first);
         }
         self.note(&pass, start.elapsed().as_secs_f64());

@@ -8,8 +8,11 @@ pub mod build;
 pub mod checkpoint;
 mod course;
 mod gbuffer;
+pub mod identity;
 mod inputs;
+pub mod lesson;
 pub mod memory;
+pub mod merge;
 pub mod mixing;
 mod pass;
 pub mod plan;
@@ -17,7 +20,9 @@ pub mod progress;
 pub mod regions;
 pub mod replay;
 pub mod settings;
+pub mod share;
 pub mod splitting;
+mod state_file;
 pub mod stats;
 pub mod timing;
 
@@ -27,6 +32,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use crate::cache_points::CachePoints;
 use crate::film::{Film, FilmSettings, FilmTile};
 use crate::geometry::Backend;
 use crate::geometry::camera::Camera;
@@ -38,10 +44,12 @@ use crate::integrator::{Counters, LightChoice, PathSettings, World};
 use crate::scene::{Entity, Param, ParamSet, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
 use checkpoint::{CheckpointError, Keeper, Kept};
-use course::Course;
+use course::{Course, MAX_SAMPLES};
+use identity::Identity;
 pub use inputs::inputs;
+use lesson::{Lesson, LessonError, LessonRef, Taken};
 use mixing::Mixing;
-use pass::Guides;
+pub use pass::Guides;
 use plan::Plan;
 pub use progress::{Progress, ProgressState, Silent};
 pub use replay::{Replay, ReplayError};
@@ -49,6 +57,7 @@ pub use settings::{
     Budget, LightSelection, PngOutput, RenderSettings, SamplerKind, TextureLevels, ViewRays, VolumeLights,
     VolumeSampling,
 };
+pub use share::{EmptyShare, Share};
 use splitting::Splitting;
 use stats::Iteration;
 pub use timing::Timings;
@@ -73,6 +82,12 @@ pub enum RenderError {
         /// The file.
         path: PathBuf,
     },
+    /// Frames that would all go to one file.
+    #[error("{path} has no place for the number of the frame: write #### where it shall stand")]
+    NoPlace {
+        /// The file.
+        path: PathBuf,
+    },
     /// A name that promises another format than the file gets.
     #[error(
         "{path}: the image is written as OpenEXR; give -o a name that ends in .exr, and --png for a picture beside it"
@@ -84,6 +99,12 @@ pub enum RenderError {
     /// A render that cannot go on from its checkpoint.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    /// What another render learned cannot be used.
+    #[error(transparent)]
+    Lesson(#[from] LessonError),
+    /// A part of a frame that has none of its samples.
+    #[error(transparent)]
+    Share(#[from] EmptyShare),
     /// A sample that is not one of the image's was to be replayed.
     #[error(transparent)]
     Replay(#[from] ReplayError),
@@ -120,8 +141,20 @@ pub struct Job {
     pub timings: Timings,
     /// Samples a pixel that the scene file asks for.
     pub scene_spp: u32,
+    /// The number of the first sample that is taken of each pixel.
+    pub first_sample: u32,
+    /// When to stop: never [`Budget::Scene`].
+    pub budget: Budget,
     /// The seed that the scene file asks for.
     pub scene_seed: u32,
+    /// That of the random numbers.
+    pub seed: u32,
+    /// Whether the last pass is learned from as well: for other renders.
+    pub teaches: bool,
+    /// The samples that taught it what it begins with.
+    pub taught_by: Vec<Taken>,
+    /// What its first pass goes by, where another render has taught it.
+    taught: Option<Guides>,
     /// The backend in use.
     pub backend: Backend,
 }
@@ -136,6 +169,8 @@ pub struct Outcome {
     pub counters: Counters,
     /// What was done in each iteration.
     pub iterations: Vec<Iteration>,
+    /// What a further pass would go by.
+    pub guides: Guides,
     /// Whether it was stopped from outside.
     pub interrupted: bool,
 }
@@ -156,8 +191,22 @@ impl Job {
     pub fn prepare(
         scene: &SceneDescription,
         settings: &RenderSettings,
+        timings: Timings,
+        warnings: &mut Warnings,
+    ) -> Result<Self, RenderError> {
+        Self::prepare_taught(scene, settings, timings, warnings, None)
+    }
+
+    /// The same with what another render of the scene has learned, in [`RenderSettings::load_cache`].
+    ///
+    /// # Errors
+    /// Also what was learned of other lights, or from samples that this render takes.
+    pub fn prepare_taught(
+        scene: &SceneDescription,
+        settings: &RenderSettings,
         mut timings: Timings,
         warnings: &mut Warnings,
+        lesson: Option<Lesson>,
     ) -> Result<Self, RenderError> {
         let film = FilmSettings::build(scene, &settings.film, warnings)?;
         let space = crate::math::transform::RenderSpace { origin: scene.camera_position() };
@@ -166,7 +215,7 @@ impl Job {
         let stated_depth = at_least(&scene.integrator, "maxdepth", 5, 0)?;
         let max_depth = settings.max_depth.unwrap_or(stated_depth).min(MOST_BOUNCES);
         let scene_spp = samples_per_pixel(scene, warnings)?;
-        let scene_seed = scene.sampler.params.integer("seed", scene.options.integer("seed", 0)?)? as u32;
+        let scene_seed = seed_of(scene)?;
         warn_about_engine(scene, warnings)?;
         settings.warn_ignored(warnings);
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
@@ -176,6 +225,15 @@ impl Job {
         }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
+        let (first_sample, budget) = settings.share.of(settings.budget, scene_spp)?;
+        let seed = settings.seed(scene_seed);
+        let path_of_lesson = || settings.load_cache.clone().unwrap_or_default();
+        let mut lesson = lesson;
+        let taught_by = lesson.as_mut().map_or_else(Vec::new, |lesson| std::mem::take(&mut lesson.taken));
+        let own = taken(seed, first_sample, budget);
+        if let Some(&taken) = taught_by.iter().find(|taken| taken.overlaps(&own)) {
+            return Err(LessonError::Overlap { path: path_of_lesson(), taken }.into());
+        }
         let texture_share = settings.texture_share(scene_spp).filter(|_| world.materials.has_levels());
         let mut path = PathSettings { max_depth, light_candidates: 1 };
         let choice = build::ChoicePlan::of(&world.lights, &world.media, settings);
@@ -190,7 +248,7 @@ impl Job {
                 camera: &camera,
                 film: &film,
                 path: &path,
-                seed: settings.seed.unwrap_or(scene_seed),
+                seed,
                 settings: settings.cache,
                 texture_share,
                 on_camera_rays: choice.in_scatter && choice.selector.is_some(),
@@ -198,7 +256,19 @@ impl Job {
             if builder.on_camera_rays {
                 world.equi_angular = Some(EquiAngular::new(&world.lights, world.extent));
             }
-            let points = if choice.has_points() { builder.build(&world) } else { None };
+            let kept = lesson.as_mut().and_then(|lesson| lesson.points.take());
+            let points = match kept.filter(|_| choice.has_points()) {
+                Some(kept) => {
+                    let points = CachePoints::from_kept(&world.lights, kept, settings.cache);
+                    let unfit = || LessonError::Unreadable {
+                        path: path_of_lesson(),
+                        reason: "it does not fit the lights of this scene".to_owned(),
+                    };
+                    Some(points.ok_or_else(unfit)?)
+                }
+                None if choice.has_points() => builder.build(&world),
+                None => None,
+            };
             build::choose_lights(&mut world, &choice, points, settings, warnings);
             timings.cache_points = start.elapsed().as_secs_f64();
         }
@@ -214,7 +284,7 @@ impl Job {
         };
         let splits_views = settings.view_rays == ViewRays::Auto && world.shines();
         let plan = Plan::of(&world, &camera, draws, splits_views, &film);
-        Ok(Self {
+        let mut job = Self {
             world,
             camera,
             origin: space.origin,
@@ -228,9 +298,40 @@ impl Job {
             plan,
             timings,
             scene_spp,
+            first_sample,
+            budget,
             scene_seed,
+            seed,
+            teaches: settings.save_cache.is_some(),
+            taught_by,
+            taught: None,
             backend,
-        })
+        };
+        if let Some(Lesson { mixing, splitting, .. }) = lesson {
+            let mut guides = job.guides(&Film::new(job.film.clone(), false));
+            // Those of an image of another size are of no use.
+            if guides.restore(mixing, splitting) {
+                job.taught = Some(guides);
+            }
+        }
+        Ok(job)
+    }
+
+    /// The samples that a render has taken; of one that was stopped, those that it may have.
+    pub fn taken(&self, outcome: &Outcome) -> Taken {
+        let most = if outcome.interrupted { self.budget } else { Budget::Samples(outcome.samples_per_pixel) };
+        taken(self.seed, self.first_sample, most)
+    }
+
+    /// Writes what was learned, for other renders of the scene `identity`.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn write_lesson(&self, outcome: &Outcome, path: &Path, identity: &Identity) -> Result<(), OutputError> {
+        let taken = [self.taught_by.as_slice(), &[self.taken(outcome)]].concat();
+        let points = self.world.light_choice.cache_points().map(CachePoints::kept);
+        let Guides { mixing, splitting } = &outcome.guides;
+        LessonRef { points, mixing, splitting, taken: &taken }.write(path, identity)
     }
 
     /// Renders until `budget` is used up or `interrupt` is set. The samples of an unfinished pass are kept: each pixel then has its
@@ -264,8 +365,11 @@ impl Job {
         Ok(course.run(self, seed, budget, interrupt, progress, Some(keeper)))
     }
 
-    /// What passes go by before anything is known.
+    /// What the first pass goes by.
     fn guides(&self, film: &Film) -> Guides {
+        if let Some(taught) = &self.taught {
+            return taught.clone();
+        }
         let is_shared = matches!(self.world.light_choice, LightChoice::CachePoints(_));
         let tiles = film.tiles().iter().map(FilmTile::bounds);
         let has_sky = !self.world.lights.infinite().is_empty();
@@ -294,6 +398,23 @@ impl Job {
         }
         self.world.light_choice.learn(&self.world.lights);
     }
+}
+
+/// The seed that the scene's sampler or its options ask for.
+///
+/// # Errors
+/// Seeds that are no integers.
+pub fn seed_of(scene: &SceneDescription) -> Result<u32, Box<SceneError>> {
+    Ok(scene.sampler.params.integer("seed", scene.options.integer("seed", 0)?)? as u32)
+}
+
+/// The samples that a render may come to take.
+fn taken(seed: u32, first: u32, budget: Budget) -> Taken {
+    let most = match budget {
+        Budget::Samples(samples) => samples,
+        Budget::Scene | Budget::Time(_) | Budget::Error(_) => MAX_SAMPLES,
+    };
+    Taken { seed, first, end: first.saturating_add(most) }
 }
 
 /// The integer parameter `name` of `entity`, which must not be below `least`.

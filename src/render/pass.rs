@@ -18,7 +18,8 @@ use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SampleId, SamplePoint, mix};
 
 /// What passes go by, tile by tile, and learn for later ones.
-pub(super) struct Guides {
+#[derive(Clone)]
+pub struct Guides {
     /// How scattering points are sampled.
     pub mixing: Mixing,
     /// How camera rays are split, where they are.
@@ -48,7 +49,7 @@ impl Guides {
     }
 
     /// Those of each tile, in the film's order.
-    pub fn tiles_mut(&mut self) -> Vec<TileGuides<'_>> {
+    pub(super) fn tiles_mut(&mut self) -> Vec<TileGuides<'_>> {
         let mut splitting = self.splitting.as_mut().map(|splitting| splitting.tiles_mut().iter_mut());
         let tiles = self.mixing.tiles_mut().iter_mut();
         tiles.map(|mix| TileGuides { mix, splitting: splitting.as_mut().and_then(Iterator::next) }).collect()
@@ -94,6 +95,12 @@ pub(super) struct CameraSample {
 const SPLIT_SEED: u64 = 0x5b1e_77d4_0a93_c6f2;
 
 impl Pass<'_> {
+    /// Whether no pass went before.
+    #[inline]
+    fn is_first(&self) -> bool {
+        self.samples.start == self.job.first_sample
+    }
+
     /// Renders all tiles that have not `ended`, or as many as it comes to.
     pub fn run(&self, film: &mut Film, guides: &mut Guides, ended: &mut [bool]) -> Counters {
         let media = self.job.world.has_media();
@@ -135,7 +142,7 @@ impl Pass<'_> {
     /// as such are spread evenly.
     fn sample_ids(&self, pixel: [u32; 2], sample: u32) -> [SampleId; 2] {
         let (first, of_all) = (self.samples.start, SampleId { seed: self.seed, pixel, sample });
-        if first > 0 && self.learns {
+        if !self.is_first() && self.learns {
             let seed = mix(u64::from(self.seed) << 32 | u64::from(first)) as u32;
             return [of_all, SampleId { seed, pixel, sample: sample - first }];
         }
@@ -188,7 +195,7 @@ impl Pass<'_> {
         let mut result = trace_path::<MEDIA>(&job.world, &job.path, camera_ray, &random, scratch, seen);
         let surface = job.film.gbuffer.zip(result.surface);
         result.surface = surface.map(|(coordinates, surface)| job.in_coordinates(coordinates, &surface, &ray, &camera));
-        if sample == 0 && result.emission.is_black() {
+        if sample == job.first_sample && result.emission.is_black() {
             splitting.brought(result.beauty);
         }
         (result, weight)
@@ -215,7 +222,7 @@ impl Pass<'_> {
             let random = self.point(SampleId { seed, pixel, sample });
             let (ray, CameraSample { weight, .. }) = self.camera_ray(pixel, &random);
             let seen = view_ray::seen::<MEDIA>(&self.job.world, ray, &random, scratch);
-            if self.samples.start == 0 {
+            if self.is_first() {
                 splitting.saw(seen);
             }
             mean += (seen * weight - mean) * (1.0 / (number + 2) as f32);

@@ -5,6 +5,7 @@
 //! that come before it. What comes out is the sample of the render to the last bit, whatever the number of threads.
 
 use std::fmt;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -19,14 +20,19 @@ use crate::integrator::record::{Event, PathRecord, VertexKind};
 use crate::math::Rgb;
 
 /// Why a sample cannot be replayed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReplayError {
     /// The pixel is not rendered.
     #[error("there is no pixel {0},{1} in the part of the image that is rendered")]
     Pixel(u32, u32),
     /// The render ends before that sample.
-    #[error("there is no sample {0}: the render takes {1} samples a pixel, counted from 0")]
-    Sample(u32, u32),
+    #[error("there is no sample {sample}: the render takes {} of a pixel, which count from {}", taken.end - taken.start, taken.start)]
+    Sample {
+        /// Its number.
+        sample: u32,
+        /// Those that there are.
+        taken: Range<u32>,
+    },
     /// The replay was stopped.
     #[error("interrupted before the sample was reached")]
     Interrupted,
@@ -37,6 +43,8 @@ pub enum ReplayError {
 pub struct Replay {
     /// Which it was.
     pub sample: RejectedSample,
+    /// The first sample of the render.
+    pub first: u32,
     /// The samples a pixel of the passes before its own.
     pub passes: Vec<u32>,
     /// What it brought, before the sensor.
@@ -66,12 +74,14 @@ impl Job {
         if !self.film.bounds.contains(sample.pixel) {
             return Err(ReplayError::Pixel(x, y));
         }
-        if let Some(limit) = limit.filter(|limit| sample.sample >= *limit) {
-            return Err(ReplayError::Sample(sample.sample, limit));
+        let first = self.first_sample;
+        let taken = first..limit.map_or(u32::MAX, |limit| first.saturating_add(limit));
+        if !taken.contains(&sample.sample) {
+            return Err(ReplayError::Sample { sample: sample.sample, taken });
         }
-        let (passes, own) = passes_up_to(sample.sample, passes);
+        let (passes, own) = passes_up_to(sample.sample - first, passes);
         let done: u32 = passes.iter().sum();
-        let end = done.saturating_add(own).min(limit.unwrap_or(u32::MAX));
+        let end = first.saturating_add(done).saturating_add(own).min(taken.end);
         let is_taught = self.in_scatter.is_some() || self.splits_views || self.world.light_choice.learns();
         let total = if is_taught { done } else { 0 };
 
@@ -83,8 +93,8 @@ impl Job {
         let mut at = 0;
         for &pass in passes.iter().filter(|_| is_taught) {
             let learns = self.begin_pass(&mut guides, at);
-            let samples = at..at + pass;
-            let mut step = pass::step(&samples, at);
+            let samples = first + at..first + at + pass;
+            let mut step = pass::step(&samples, samples.start);
             let mut context =
                 Pass { job: self, seed, samples, step: 0..0, interrupt, held: &|| false, tracking: &tracking, learns };
             while !step.is_empty() {
@@ -103,9 +113,9 @@ impl Job {
         progress.finish();
 
         let learns = self.begin_pass(&mut guides, done);
-        let samples = done..end;
+        let samples = first + done..end;
         // Steps begin anew: what came before this one has no say in it.
-        let mut step = pass::step(&samples, done);
+        let mut step = pass::step(&samples, samples.start);
         while !step.contains(&sample.sample) && !step.is_empty() {
             step = pass::step(&samples, step.end);
         }
@@ -122,7 +132,7 @@ impl Job {
                 }
             })
             .ok_or(ReplayError::Pixel(x, y))?;
-        Ok(Replay { sample, passes, result, record, origin: self.origin })
+        Ok(Replay { sample, first, passes, result, record, origin: self.origin })
     }
 }
 
@@ -174,8 +184,8 @@ fn colour(c: Rgb) -> String {
 
 impl fmt::Display for Replay {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { sample: RejectedSample { pixel: [x, y], sample }, passes, result, record, origin } = self;
-        let start: u32 = passes.iter().sum();
+        let Self { sample: RejectedSample { pixel: [x, y], sample }, first, passes, result, record, origin } = self;
+        let start = first + passes.iter().sum::<u32>();
         writeln!(f, "pixel {x},{y} sample {sample}, of the pass that begins with sample {start}")?;
         let verdict = if result.is_finite() { "" } else { "   <- not finite: left out of the image" };
         writeln!(f, "  value    {}{verdict}", colour(result.beauty))?;

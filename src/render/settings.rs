@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use super::share::Share;
 use crate::cache_points::CacheSettings;
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
 use crate::geometry::differentials::SampleShare;
 use crate::material::mip_map::memory::TextureSettings;
+use crate::math::sampler::mix;
 use crate::scene::Warnings;
 
 /// When to stop.
@@ -126,10 +128,18 @@ pub struct RenderSettings {
     pub png: Option<PngOutput>,
     /// When to stop.
     pub budget: Budget,
+    /// Which of the frame's samples to take; of a budget in samples, or of what the scene says.
+    pub share: Share,
     /// Seed of all random numbers; `None` for what the scene's sampler says.
     pub seed: Option<u32>,
     /// Number of threads; `None` for one per processor.
     pub threads: Option<usize>,
+    /// The frame's number in its sequence.
+    pub frame: Option<i32>,
+    /// Where what was learned goes, for other renders.
+    pub save_cache: Option<PathBuf>,
+    /// What another render has learned.
+    pub load_cache: Option<PathBuf>,
     /// How a light is chosen.
     pub lights: LightSelection,
     /// Whether media that emit are chosen as lights.
@@ -183,6 +193,12 @@ impl RenderSettings {
             name
         });
         name.with_extension("exr")
+    }
+
+    /// The seed of all random numbers where the scene asks for `scene_seed`: each frame of a sequence has one of its own, so that its noise is too.
+    pub fn seed(&self, scene_seed: u32) -> u32 {
+        let seed = self.seed.unwrap_or(scene_seed);
+        self.frame.map_or(seed, |frame| mix(u64::from(seed) << 32 | u64::from(frame as u32)) as u32)
     }
 
     /// What part of a pixel each of its samples stands for where textures are looked up; `None` where they are looked up at their finest.

@@ -17,6 +17,10 @@ pub struct Statistics {
     pub version: &'static str,
     /// The scene file.
     pub scene: String,
+    /// The frame's number, where it is one of a sequence.
+    pub frame: Option<i32>,
+    /// Which part of how many of the frame's samples was taken.
+    pub part: Option<String>,
     /// The seed.
     pub seed: u32,
     /// Threads used.
@@ -25,6 +29,8 @@ pub struct Statistics {
     pub backend: String,
     /// Width and height in pixels.
     pub resolution: [u32; 2],
+    /// The number of the first sample of each pixel.
+    pub first_sample: u32,
     /// Samples per pixel reached.
     pub samples_per_pixel: u32,
     /// Estimated relative error of the image (see [`crate::film::Film::error_estimate`]).

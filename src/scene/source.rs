@@ -43,6 +43,11 @@ impl Sources {
         self.files.iter().map(|(path, _)| path.as_path())
     }
 
+    /// The texts of all files, in the order in which they were read.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|(_, text)| &**text)
+    }
+
     /// The file's text.
     pub fn text(&self, file: FileId) -> &Arc<str> {
         &self.files[file.0 as usize].1

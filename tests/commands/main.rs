@@ -19,6 +19,7 @@ mod exporters;
 mod format;
 mod monsters;
 mod monstrous_volumes;
+mod parts;
 mod replay;
 mod scenes;
 mod stability;

@@ -101,7 +101,7 @@ fn samples_that_are_not_there_are_named() {
     let text = scene(false);
     let options = Options { spp: 4, ..Options::default() };
     assert_eq!(replay(&text, &options, [20, 3], 0).err(), Some(ReplayError::Pixel(20, 3)));
-    assert_eq!(replay(&text, &options, [3, 3], 4).err(), Some(ReplayError::Sample(4, 4)));
+    assert_eq!(replay(&text, &options, [3, 3], 4).err(), Some(ReplayError::Sample { sample: 4, taken: 0..4 }));
 }
 
 #[test]

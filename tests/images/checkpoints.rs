@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use lanternfish::film::ChannelImage;
 use lanternfish::integrator::Counters;
-use lanternfish::render::checkpoint::{Identity, Interval, Keeper, read};
+use lanternfish::render::checkpoint::{Interval, Keeper, read};
+use lanternfish::render::identity::Identity;
 use lanternfish::render::{Budget, Job, LightSelection, Outcome, Progress, ProgressState, Silent, VolumeSampling};
 use lanternfish::scene::Warnings;
 

@@ -4,8 +4,13 @@
 //! False-alarm rate: 1e-6.
 
 use crate::common::{Options, SLACK, Shot, assert_mean, image_mean, prepare_text, render_job};
+use std::sync::atomic::AtomicBool;
+
 use lanternfish::cache_points::CacheSettings;
-use lanternfish::render::LightSelection;
+use lanternfish::render::identity::Identity;
+use lanternfish::render::lesson::Lesson;
+use lanternfish::render::{Budget, Job, LightSelection, RenderSettings, Silent, load};
+use lanternfish::scene::{Sources, Warnings};
 use rayon::prelude::*;
 
 /// Lamps in a ring above a spot of floor. A board hides the first quarter of them.
@@ -50,4 +55,59 @@ fn samples_do_not_fall_where_passes_before_have_learned_to_look() {
     println!("{mean:.5} ± {error:.5}, expected {expected:.5}");
     assert!(error < 0.01 * expected, "{error} is too large to tell");
     assert_mean("learning", mean, error, expected, SLACK);
+}
+
+/// What another render learned tells where to look, and that is no bias: its random numbers are others. Its lights are chosen better from the first sample on.
+#[test]
+fn what_another_render_learned_is_no_bias() {
+    const SEEDS: u32 = 400;
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, kept) = (folder.path().join("scene.pbrt"), folder.path().join("lesson"));
+    let shot = Shot { from: [0.0, 1.0, -3.0], fov: 0.1, size: 1, depth: 1, ..Shot::default() };
+    std::fs::write(&scene, shot.text(&ring())).expect("the scene can be written");
+    let cache = CacheSettings { candidates: Some(16), ..CacheSettings::default() };
+    let (identity, stop) = (Identity::named("ring"), AtomicBool::new(false));
+    let prepare = |settings: RenderSettings, lesson| {
+        let settings = RenderSettings {
+            lights: LightSelection::CachePoints,
+            light_candidates: Some(1),
+            cache,
+            load_cache: Some(kept.clone()),
+            ..settings
+        };
+        let (read, timings) = load(&scene, &mut Sources::default(), &mut Warnings::default()).expect("a scene");
+        Job::prepare_taught(&read, &settings, timings, &mut Warnings::default(), lesson).expect("it can be rendered")
+    };
+    let teacher = RenderSettings {
+        budget: Budget::Samples(64),
+        seed: Some(1 << 20),
+        save_cache: Some(kept.clone()),
+        ..RenderSettings::default()
+    };
+    let mut job = prepare(teacher, None);
+    let outcome = job.render(1 << 20, Budget::Samples(64), &stop, &Silent);
+    job.write_lesson(&outcome, &kept, &identity).expect("it can be written");
+    let render = |seed, is_taught: bool| {
+        let lesson = is_taught.then(|| Lesson::read(&kept, &identity).expect("it is whole"));
+        let settings = RenderSettings { budget: Budget::Samples(1), seed: Some(seed), ..RenderSettings::default() };
+        let mut job = prepare(settings, lesson);
+        let cache = job.world.light_choice.cache_points().expect("there are enough lights");
+        assert_eq!(cache.statistics().are_loaded, is_taught);
+        image_mean(&job.render(seed, Budget::Samples(1), &stop, &Silent).film).0[0]
+    };
+    let count = f64::from(SEEDS);
+    let moments = |is_taught| {
+        let values: Vec<f64> = (0..SEEDS).into_par_iter().map(|seed| render(seed, is_taught)).collect();
+        let mean = values.iter().sum::<f64>() / count;
+        (mean, values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0))
+    };
+    let [(mean, variance), (_, untaught)] = [true, false].map(moments);
+    let expected = 0.5 / std::f64::consts::PI * f64::from(LAMPS - HIDDEN) * (2.0 / 5f64.sqrt()) / 5.0;
+    println!(
+        "{mean:.5} ± {:.5}, expected {expected:.5}; variance {variance:.2e}, untaught {untaught:.2e}",
+        (variance / count).sqrt()
+    );
+    assert_mean("taught", mean, (variance / count).sqrt(), expected, SLACK);
+    // One in four lamps is hidden: who knows which has next to no noise.
+    assert!(variance < 0.5 * untaught, "{variance} against {untaught}");
 }

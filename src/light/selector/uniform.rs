@@ -17,6 +17,11 @@ impl Uniform {
         Self { count: (lights.len() - dark) as u32, live }
     }
 
+    /// For all lights that shine, of which there must be some.
+    pub fn of_shining(lights: &Lights) -> Self {
+        Self::new(lights, lights.ids().filter(|&id| lights.is_dark(id)).count())
+    }
+
     /// A light, its probability, and what is left of `u`.
     #[inline]
     pub fn sample(&self, u: f64) -> (LightId, f32, f64) {

@@ -2,11 +2,8 @@
 //!
 //! A pass is a loop over tiles, each of which belongs to one thread. When a checkpoint is due, tiles that were begun are finished and no other is begun; then everything
 //! stands still: pixels, what the passes learned for later ones (cache points, how scattering points are drawn, how camera rays are split), which tiles of the pass are done,
-//! counters, seconds. That is copied out at once and written by a thread of its own while the render goes on. `state.rs` is what is kept, `file.rs` how it lies in a
-//! file, `identity.rs` what tells one render from another.
+//! counters, seconds. That is copied out at once and written by a thread of its own while the render goes on. `state.rs` is what is kept.
 
-mod file;
-mod identity;
 mod state;
 
 use std::path::{Path, PathBuf};
@@ -15,12 +12,52 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-pub use file::{CheckpointError, read};
-pub use identity::Identity;
 pub use state::Kept;
 pub(super) use state::{KeptRef, OpenPass};
 
+use super::identity::Identity;
+use super::state_file::{self, Fault, Magic};
 use crate::system::output::OutputError;
+
+/// What checkpoints begin with; the digit is the version.
+const MAGIC: Magic = *b"LFCHECK2";
+
+/// Why a render cannot go on from a checkpoint.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The file cannot be read, or is damaged.
+    #[error("cannot go on from the checkpoint {path}: {reason}")]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// In words.
+        reason: String,
+    },
+    /// The checkpoint is of another render.
+    #[error("the checkpoint {path} is of another render: {what} is not the same")]
+    Other {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        what: String,
+    },
+}
+
+/// Reads a checkpoint of the render `identity`; `None` where there is no such file.
+///
+/// # Errors
+/// A file that cannot be read, is damaged, or is of another render.
+pub fn read(path: &Path, identity: &Identity) -> Result<Option<Kept>, CheckpointError> {
+    let unreadable = |reason| CheckpointError::Unreadable { path: path.to_owned(), reason };
+    if !path.exists() {
+        return Ok(None);
+    }
+    let bytes = state_file::read(path, MAGIC, identity).map_err(|fault| match fault {
+        Fault::Unreadable(reason) => unreadable(reason),
+        Fault::Other(what) => CheckpointError::Other { path: path.to_owned(), what },
+    })?;
+    Kept::from_bytes(&bytes).map(Some).map_err(unreadable)
+}
 
 /// How often a render is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,7 +142,7 @@ impl<'a> Keeper<'a> {
                 return;
             }
         };
-        writer.thread = Some(std::thread::spawn(move || file::write(&path, &identity, &body)));
+        writer.thread = Some(std::thread::spawn(move || state_file::write(&path, MAGIC, &identity, &body)));
     }
 
     /// Waits until everything is written.
