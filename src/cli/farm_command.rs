@@ -11,7 +11,7 @@ use super::ExitStatus;
 use super::arguments::{Arguments, Command};
 use super::diagnostics::{print_message, say};
 use super::farm_arguments::{FarmArguments, JobArguments, Scheduler, SlurmArguments};
-use super::frames::{numbered, with_place};
+use super::frames::{has_place, numbered};
 use crate::farm::slurm::{self, SlurmOptions};
 use crate::farm::{FarmError, FarmJob, default_folder, openjd, plain_name};
 use crate::system::output::{OutputError, check_writable, write_atomically};
@@ -66,14 +66,14 @@ fn prepare(arguments: &JobArguments, frames_per_task: u32) -> Result<FarmJob, Fa
     let folder = arguments.folder.clone().unwrap_or_else(|| default_folder(&output));
     let program = match &arguments.program {
         Some(program) => program.clone(),
-        None => std::env::current_exe().map_err(no_place("this program"))?,
+        None => std::env::current_exe().map_err(unknown("this program"))?,
     };
     let job = FarmJob {
         program: plain_name(&program)?,
         scene: plain_name(&arguments.scene)?,
         output: plain_name(&output)?,
         folder: plain_name(&folder)?,
-        working_folder: plain_name(&std::env::current_dir().map_err(no_place("this folder"))?)?,
+        working_folder: plain_name(&std::env::current_dir().map_err(unknown("this folder"))?)?,
         parts: arguments.parts,
         frames,
         frames_per_task,
@@ -99,7 +99,21 @@ fn prepare(arguments: &JobArguments, frames_per_task: u32) -> Result<FarmJob, Fa
     Ok(job)
 }
 
-fn no_place(what: &'static str) -> impl Fn(std::io::Error) -> Failure {
+/// The image's name with a place for the number of the frame, which names of parts take over.
+fn with_place(output: PathBuf) -> PathBuf {
+    if output.file_name().is_some_and(|name| has_place(Path::new(name))) {
+        return output;
+    }
+    let mut name = output.file_stem().unwrap_or_default().to_owned();
+    name.push(".####");
+    if let Some(ending) = output.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    output.with_file_name(name)
+}
+
+fn unknown(what: &'static str) -> impl Fn(std::io::Error) -> Failure {
     move |error| Failure::Other(format!("{what} cannot be found: {error}"))
 }
 

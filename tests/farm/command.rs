@@ -37,6 +37,12 @@ fn scripts_are_written_and_nothing_is_submitted_in_a_dry_run() {
     // A sequence has its numbers in the names of its images, whether or not that was said.
     folder.run(&["farm", "slurm", "s.pbrt", "-o", "seq.exr", "--frames", "1..2", "--dry-run"]).code(0);
     assert!(text("seq.farm/render.sh").contains("/seq.####.exr"));
+    std::fs::create_dir(folder.path("f1")).expect("a folder");
+    let words = ["farm", "slurm", "s.pbrt", "-o", "f#/x.exr", "--frames", "1..2", "--parts", "2", "--dry-run"];
+    folder.run(&[&words[..], &["--folder", "parts of x"]].concat()).code(0);
+    assert!(
+        text("parts of x/merge.sh").contains("/f#/x.####.exr") && text("parts of x/merge.sh").contains("/parts/x.####")
+    );
 }
 
 #[test]

@@ -185,7 +185,13 @@ fn tasks_that_are_killed_stopped_and_requeued_change_nothing() {
     // Each once it has something to go on from: one dies, one is told that its time is nearly up, one's machine is taken back.
     let part = |k: u32| folder.join(format!("out.farm/parts/out.{k}-of-8.exr"));
     let checkpoint = |k: u32| folder.join(format!("out.farm/parts/out.{k}-of-8.exr.checkpoint"));
-    let is_under_way = |k: u32| wait(&format!("a checkpoint of part {k}"), 60, || checkpoint(k).exists().then_some(()));
+    let is_under_way = |k: u32| {
+        wait(&format!("a checkpoint of part {k}"), 60, || {
+            let states = cluster.states(render);
+            assert!(!states.contains(&"FAILED".to_owned()), "{}", cluster.logs(&folder.join("out.farm")));
+            checkpoint(k).exists().then_some(())
+        })
+    };
     is_under_way(1);
     kill(process_with(part(1).to_str().expect("UTF-8")).expect("it is being rendered"));
     is_under_way(2);
