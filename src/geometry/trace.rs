@@ -193,6 +193,17 @@ impl Tracer {
         }
     }
 
+    /// Whether `ray` may cross a boundary: false only where it is known in next to no time that it does not.
+    #[inline]
+    pub fn may_cross(&self, ray: &Ray) -> bool {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(tracer) => tracer.may_cross(ray),
+            Self::Native(tracer) => tracer.has_boundaries(),
+            Self::Recording(_) => true,
+        }
+    }
+
     /// All boundary crossings in [0, `ray.t_max`), appended to `crossings` (cleared first) in order of distance. A crossing on
     /// an edge shared by two triangles may be reported twice; users must treat entering twice as entering once.
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {

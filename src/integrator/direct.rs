@@ -303,9 +303,9 @@ impl DirectLight<'_> {
 
     /// The share of light that media leave on the way of a shadow ray that nothing blocks.
     fn transmittance(&self, ray: &Ray, wi: Vec3, scratch: &mut Scratch) -> Transmittance {
-        let mut stream = self.random.stream(self.index, Dimension::Transmittance);
         let regions = self.regions_towards(wi, scratch);
-        transmittance(self.world, ray, &regions, &mut stream, scratch)
+        let stream = || self.random.stream(self.index, Dimension::Transmittance);
+        transmittance(self.world, ray, &regions, stream, scratch)
     }
 
     /// The regions where a ray in direction `wi` starts.

@@ -61,8 +61,8 @@ pub struct PathState {
     pub weight: PathWeight,
     /// The media around.
     pub regions: Regions,
-    /// The channel whose coefficients decide: 0, 1 or 2.
-    pub hero: usize,
+    /// The channel whose coefficients decide, 0, 1 or 2: drawn where a medium is near.
+    pub hero: Option<u8>,
     /// The lights that light the last vertex. `None` before the first: cameras see every light.
     pub links: Option<LinkSet>,
 }
@@ -157,7 +157,7 @@ fn sample_stretch(
     emit: &mut impl FnMut(&PathWeight, Option<MediumId>, Rgb),
 ) -> Option<FlightVertex> {
     let PathState { weight, regions, hero, .. } = path;
-    let hero = *hero;
+    let hero = usize::from(hero.unwrap_or(0));
     let mut fog = FogGlow::Gathered;
     if world.fog_glows {
         fog = FogGlow::new(world, regions.media(), ray, stretch, stream);
@@ -250,10 +250,13 @@ pub fn transmittance(
     world: &World,
     ray: &Ray,
     regions: &Regions,
-    stream: &mut Stream,
+    stream: impl FnOnce() -> Stream,
     scratch: &mut Scratch,
 ) -> Transmittance {
-    pass(world, ray, &mut Cow::Borrowed(regions), stream, scratch).0
+    if regions.media().is_empty() && !world.tracer.may_cross(ray) {
+        return Transmittance::CLEAR;
+    }
+    pass(world, ray, &mut Cow::Borrowed(regions), &mut stream(), scratch).0
 }
 
 /// Ratio tracking up to the end of `ray`: moves `regions` along, and returns the transmittance and where the end is, moved off the boundary

@@ -106,7 +106,7 @@ pub fn trace_path<const MEDIA: bool>(
     let path = PathState {
         weight: PathWeight::START,
         regions: if MEDIA { camera_regions(world, &ray, scratch) } else { Default::default() },
-        hero: if MEDIA { (random.draw::<2>(0, Dimension::Time)[1] * 3.0) as usize } else { 0 },
+        hero: None,
         links: None,
     };
     let start = Walk { ray, path, depth: 0, sampled_from: None, roulette_scale: 1.0, index: 1, differentials };
@@ -149,6 +149,10 @@ pub(super) fn walk<const MEDIA: bool>(
 
         if MEDIA {
             ray.t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+        }
+        // Most rays of a scene with little smoke are nowhere near it, and should not pay for it.
+        if MEDIA && (!path.regions.media().is_empty() || scratch.in_scatter.is_on() || world.tracer.may_cross(&ray)) {
+            path.hero.get_or_insert_with(|| (random.draw::<2>(0, Dimension::Time)[1] * 3.0) as u8);
             // Camera rays, and what mirrors and glass make of them. Rays from rough surfaces share their knots with no other: in `godrays`
             // drawing points on them as well left the variance as it was and took 1.7 times as long.
             let is_mixed = index <= MOST_RAYS
@@ -392,6 +396,9 @@ pub(super) fn camera_regions(world: &World, ray: &Ray, scratch: &mut Scratch) ->
     let distance = ray.origin.length();
     if distance > 0.0 {
         let way = Ray { origin: Vec3::ZERO, direction: ray.origin / distance, t_max: distance, ..*ray };
+        if !world.tracer.may_cross(&way) {
+            return regions;
+        }
         world.tracer.boundaries(&way, &mut scratch.crossings);
         scratch.counters.boundary_rays += 1;
         for crossing in &scratch.crossings {

@@ -24,8 +24,8 @@ pub fn seen<const MEDIA: bool>(world: &World, mut ray: Ray, random: &SamplePoint
     }
     ray.t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
     let regions = camera_regions(world, &ray, scratch);
-    let mut stream = random.stream(1, Dimension::Transmittance);
-    radiance * flight::transmittance(world, &ray, &regions, &mut stream, scratch).value
+    let stream = || random.stream(1, Dimension::Transmittance);
+    radiance * flight::transmittance(world, &ray, &regions, stream, scratch).value
 }
 
 /// What is emitted against `ray` where it ends.

@@ -109,5 +109,5 @@ fn what_another_render_learned_is_no_bias() {
     );
     assert_mean("taught", mean, (variance / count).sqrt(), expected, SLACK);
     // One in four lamps is hidden: who knows which has next to no noise.
-    assert!(variance < 0.5 * untaught, "{variance} against {untaught}");
+    assert!(variance < 0.75 * untaught, "{variance} against {untaught}");
 }

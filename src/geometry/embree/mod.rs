@@ -115,6 +115,12 @@ impl EmbreeTracer {
         self.opaque.scene.occluded(&self.embree_ray(ray))
     }
 
+    /// Whether `ray` may cross a boundary.
+    #[inline]
+    pub fn may_cross(&self, ray: &Ray) -> bool {
+        self.boundaries.as_ref().is_some_and(|all| all.may_meet(ray))
+    }
+
     /// All boundary crossings in [0, `ray.t_max`) in the order of [`put_in_order`].
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         crossings.clear();

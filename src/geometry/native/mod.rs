@@ -173,6 +173,11 @@ impl NativeTracer {
             })
     }
 
+    /// Whether there are any boundaries.
+    pub const fn has_boundaries(&self) -> bool {
+        self.boundaries.is_some()
+    }
+
     /// All boundary crossings in [0, `ray.t_max`) in order of distance; `crossings` is cleared first. Boundaries have no holes:
     /// their alpha is not asked.
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
