@@ -47,15 +47,15 @@ pub enum FarmError {
     /// Something that is no option of `sbatch`.
     #[error("--sbatch {0}: expected an option of sbatch such as --partition=night")]
     Sbatch(String),
-    /// An option that would have all tasks write to one file, or that is not a render of an image.
-    #[error("{0} cannot be used with --parts: {1}")]
+    /// An option of the render that would have several tasks write one file, or that is the farm's to give.
+    #[error("{0} cannot be used here: {1}")]
     Option(&'static str, &'static str),
     /// More than a parameter of a job template may hold.
     #[error("{0} takes {1} characters, and Open Job Description allows 1024 for a parameter")]
     Long(&'static str, usize),
 }
 
-/// Options that name files which every part would write. `merge` does not write them either.
+/// Options that write files beyond the image, or something else than an image. `merge` does not write them.
 const OF_WHOLE_RENDERS: [&str; 5] = ["--png", "--stats", "--debug-cache-points", "--save-cache", "--replay"];
 
 impl FarmJob {
@@ -70,17 +70,29 @@ impl FarmJob {
         if let Some(word) = self.options.iter().find(|word| word.chars().any(char::is_control)) {
             return Err(FarmError::Word(word.clone()));
         }
-        match OF_WHOLE_RENDERS.iter().find(|name| self.parts > 1 && self.has_option(name)) {
-            Some(name) => Err(FarmError::Option(name, "every part would write the same file")),
-            None => Ok(()),
+        for name in OF_WHOLE_RENDERS.into_iter().filter(|name| self.has_option(name)) {
+            if self.parts > 1 {
+                return Err(FarmError::Option(name, "every part of a frame would write the same file"));
+            }
+            if self.frames.is_some() && self.value_of(name).is_some_and(|file| !file.contains('#')) {
+                return Err(FarmError::Option(name, "every frame would write the same file; put #### in its name"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The value that the options give to `name`.
+    fn value_of(&self, name: &str) -> Option<&str> {
+        let mut words = self.options.iter().skip_while(|word| !is_option(word, name));
+        match words.next()?.split_once('=') {
+            Some((_, value)) => Some(value),
+            None => words.next().map(String::as_str).filter(|word| !word.starts_with('-')),
         }
     }
 
     /// Whether the options say something of `name`.
     pub fn has_option(&self, name: &str) -> bool {
-        self.options
-            .iter()
-            .any(|word| word.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('=')))
+        self.options.iter().any(|word| is_option(word, name))
     }
 
     /// How many tasks it takes for one part of all frames.
@@ -104,6 +116,11 @@ impl FarmJob {
     pub fn stem(&self) -> String {
         Path::new(&self.output).file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
     }
+}
+
+/// Whether a word of a command line is the option `name`, with or without its value.
+fn is_option(word: &str, name: &str) -> bool {
+    word.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('='))
 }
 
 fn label(output: &Path) -> String {

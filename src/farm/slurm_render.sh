@@ -41,7 +41,7 @@ trap 'stop time' USR1
 trap 'stop end' TERM
 
 restarts=${SLURM_RESTART_COUNT:-0}
-echo "lanternfish: $what on $(hostname), restart $restarts" >&2
+echo "lanternfish: $what on ${SLURMD_NODENAME:-this machine}, restart $restarts" >&2
 (
     trap '' TERM
     exec "$program" "$@"

@@ -339,12 +339,23 @@ fn what_cannot_be_is_refused() {
     assert!(with(|job| job.folder.push('#')).expect_err("refused").contains("--folder"));
     assert_eq!(with(|job| (job.folder.push('#'), job.frames = None).1), Ok(()));
     assert!(with(|job| job.options.push("a\nb".into())).is_err());
-    for name in ["--png", "--png=x.png", "--stats", "--save-cache", "--replay"] {
-        let mut one = FarmJob { options: vec![name.into()], ..job.clone() };
-        assert!(one.check().expect_err(name).to_string().contains("--parts"), "{name}");
-        one.parts = 1;
-        assert_eq!(one.check(), Ok(()), "{name}");
+    for option in ["--png", "--png=x.png", "--stats x.json", "--save-cache x", "--replay 1,2,3"] {
+        let options: Vec<String> = option.split(' ').map(str::to_owned).collect();
+        let named = option.split([' ', '=']).next().expect("a name");
+        let still = FarmJob { options, frames: None, ..job.clone() };
+        assert!(still.check().expect_err(option).to_string().starts_with(named), "{option}");
+        let whole = FarmJob { parts: 1, ..still };
+        assert_eq!(whole.check(), Ok(()), "{option}");
+        // In a sequence a file of each frame is meant.
+        let frames = FarmJob { frames: Some(1..=3), ..whole };
+        assert_eq!(frames.check().is_ok(), option == "--png", "{option}");
     }
+    let options = vec!["--stats=a.##.json".into(), "--png".into(), "--spp=3".into()];
+    let numbered = FarmJob { parts: 1, options, ..job.clone() };
+    assert_eq!(numbered.check(), Ok(()));
+    let progress = FarmJob { options: vec!["--progress=off".into()], ..job.clone() };
+    assert_eq!(progress.check(), Ok(()));
+    assert!(openjd::template(&progress).is_err());
     assert_eq!(with(|job| job.options.push("--pngs".into())), Ok(()));
     for wrong in ["", "night", "--a\n--b"] {
         assert!(SlurmOptions { sbatch: vec![wrong.into()] }.check(&job).is_err(), "{wrong:?}");
