@@ -8,7 +8,10 @@ use super::arguments::RenderArguments;
 use super::checkpoint_arguments::{CheckpointArguments, beside};
 use super::diagnostics::{print_error, print_message, print_warnings, say, warning_lines};
 use super::interrupt::Interrupts;
-use super::render_report::{after_the_fact, command_line, lossy, of_rejected, replay_command, summarise};
+use super::limit_arguments::Shown;
+use super::machine_progress::print_fail;
+use super::memory_guard::MemoryGuard;
+use super::render_report::{after_the_fact, command_line, conclude, lossy, of_rejected, replay_command, summarise};
 use super::{ExitStatus, progress};
 use crate::film::RejectedSample;
 use crate::film::exr::write_exr;
@@ -16,35 +19,51 @@ use crate::film::image::write_png;
 use crate::geometry::trace::TraceError;
 use crate::render::checkpoint::{self, CheckpointError, Identity, Keeper};
 use crate::render::stats::Statistics;
-use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load};
+use crate::render::{Budget, Job, Outcome, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load, memory};
 use crate::report::cache_points::{write_picture, write_ply};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
 use crate::system::clock::cpu_seconds;
-use crate::system::memory::peak_memory;
+use crate::system::memory::{limit, peak_memory};
 use crate::system::output::{OutputError, check_writable, is_device, write_atomically};
 
 /// Runs the command; messages go to the standard error output.
 pub fn run(arguments: &RenderArguments) -> ExitStatus {
     let settings = arguments.settings();
     let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
-    if let Some(sample) = arguments.replay {
-        let replayed = replay(&arguments.scene, &settings, sample, &arguments.passes, &mut sources, &mut warnings);
-        return report_end(replayed, &sources);
+    let result = arguments.limits.apply().and_then(|()| match arguments.replay {
+        Some(sample) => replay(arguments, &settings, sample, &mut sources, &mut warnings),
+        None => render(arguments, &settings, &mut sources, &mut warnings),
+    });
+    if let Err(error) = &result {
+        tell_farm(arguments.limits.progress, error, &sources);
     }
-    let result = render(arguments, &settings, &mut sources, &mut warnings);
     report_end(result, &sources)
+}
+
+/// Tells whoever listens for it that the render has failed.
+fn tell_farm(shown: Shown, error: &RenderError, sources: &Sources) {
+    if shown == Shown::Openjd {
+        print_fail(&match error {
+            RenderError::Scene(error) => error.one_line(sources),
+            other => other.to_string(),
+        });
+    }
 }
 
 /// Prints an error, if there is one, and says how the process ends.
 pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) -> ExitStatus {
     match result {
         Ok(status) => status,
-        Err(RenderError::Scene(error)) => {
+        Err(RenderError::Scene(mut error)) => {
+            if let (SceneErrorKind::Limit(_), Some(account)) = (&error.kind, memory::account()) {
+                error.help = Some(error.help.map_or(account.clone(), |help| format!("{help}; {account}")));
+            }
             print_error(&error, sources);
             ExitStatus::from(&error.kind)
         }
         Err(error) => {
-            print_message(&error.to_string());
+            let account = memory::account().filter(|_| matches!(error, RenderError::Trace(TraceError::Memory(_))));
+            print_message(&account.map_or(error.to_string(), |account| format!("{error}; {account}")));
             match error {
                 RenderError::Trace(TraceError::Missing(_))
                 | RenderError::Overlap { .. }
@@ -52,7 +71,9 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
                 | RenderError::Ending { .. } => ExitStatus::Usage,
                 RenderError::Checkpoint(_) => ExitStatus::BadInput,
                 RenderError::Replay(ReplayError::Interrupted) => ExitStatus::Interrupted,
-                RenderError::Trace(TraceError::Memory(_)) | RenderError::Threads(_) => ExitStatus::Limit,
+                RenderError::Trace(TraceError::Memory(_)) | RenderError::Memory(_) | RenderError::Threads(_) => {
+                    ExitStatus::Limit
+                }
                 RenderError::Trace(TraceError::Geometry(_)) => ExitStatus::BadInput,
                 _ => ExitStatus::Failed,
             }
@@ -86,6 +107,11 @@ fn render(
     if let Some(time) = arguments.checkpoints.exit_at {
         interrupts.stop_after(time);
     }
+    let shown = arguments.limits.progress;
+    let guard = MemoryGuard::watch(&interrupts, move |error| {
+        tell_farm(shown, error, &Sources::default());
+        print_message(&error.to_string());
+    });
 
     let (job, outcome, seed, output, keeper, cpu_seconds_rendering) = pool.install(|| {
         let prepared = load(path, sources, warnings).and_then(|(scene, timings)| {
@@ -118,8 +144,9 @@ fn render(
         let identity = Identity::new(sources, &inputs, settings, budget, seed, &job.world.tracer.name());
         let from = go_on_from(&arguments.checkpoints, &kept, &identity)?;
         let keeper = keeps.map(|interval| Keeper::new(kept, identity, interval, &interrupts.keep));
-        let listener = progress::listener(settings.quiet);
+        let listener = progress::listener(shown, settings.quiet);
         interrupts.rendering_begins();
+        guard.rendering_begins(&job.world.materials);
         let before = cpu_seconds();
         let outcome = match &keeper {
             Some(keeper) => {
@@ -147,9 +174,7 @@ fn render(
         replay_command(std::env::args_os().map(lossy), first, passes.into_iter().flatten())
     });
     let unkept = kept.as_ref().and_then(|kept| kept.as_ref().err()).map(|error| format!("warning: {error}"));
-    let told =
-        [warning_lines(&late, sources), after_the_fact(&outcome, replay.as_deref()), unkept.into_iter().collect()]
-            .concat();
+    let told = [after_the_fact(&outcome, replay.as_deref()), unkept.into_iter().collect()].concat();
     let mut statistics = Statistics {
         command: command_line(),
         version: env!("CARGO_PKG_VERSION"),
@@ -172,9 +197,13 @@ fn render(
         iterations: outcome.iterations.clone(),
         cache_points: job.world.light_choice.cache_points().map(|cache| cache.statistics().clone()),
         plan: job.plan.clone(),
-        warnings: [warning_lines(warnings, sources), told.clone()].concat(),
+        warnings: [warning_lines(warnings, sources), warning_lines(&late, sources), told.clone()].concat(),
     };
     (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds(), peak_memory());
+    if limit().is_some() {
+        // What they took is needed for writing.
+        job.world.materials.shed_images(u64::MAX);
+    }
     write_images(&output, settings, &job, &outcome, &statistics)?;
     write_cache_points(&debug, &job, &outcome)?;
     statistics.seconds.write = written.elapsed().as_secs_f64();
@@ -190,9 +219,13 @@ fn render(
         if outcome.interrupted && matches!(kept, Some(Ok(()))) {
             say(format!("{}: --resume goes on from here", beside(&output).display()));
         }
+        conclude(&output, &statistics, &outcome);
     }
     if let Some(keeper) = keeper.filter(|_| !outcome.interrupted) {
         keeper.forget();
+    }
+    if let Some(exhausted) = guard.stopped() {
+        return Err(exhausted.into());
     }
     Ok(if outcome.interrupted { ExitStatus::Interrupted } else { ExitStatus::Done })
 }
@@ -221,17 +254,16 @@ fn go_on_from(
 
 /// Renders one sample again and prints how it comes about.
 fn replay(
-    path: &Path,
+    arguments: &RenderArguments,
     settings: &RenderSettings,
     sample: RejectedSample,
-    passes: &[u32],
     sources: &mut Sources,
     warnings: &mut Warnings,
 ) -> Result<ExitStatus, RenderError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads.unwrap_or(0)).build()?;
     let interrupts = Interrupts::listen();
     let replayed = pool.install(|| {
-        let prepared = load(path, sources, warnings)
+        let prepared = load(&arguments.scene, sources, warnings)
             .and_then(|(scene, timings)| Job::prepare(&scene, settings, timings, warnings));
         if !settings.quiet {
             print_warnings(warnings, sources);
@@ -243,9 +275,9 @@ fn replay(
             Budget::Time(_) | Budget::Error(_) => None,
         };
         let seed = settings.seed.unwrap_or(job.scene_seed);
-        let listener = progress::listener(settings.quiet);
+        let listener = progress::listener(arguments.limits.progress, settings.quiet);
         interrupts.rendering_begins();
-        Ok::<_, RenderError>(job.replay(seed, sample, passes, limit, &interrupts.stop, listener.as_ref())?)
+        Ok::<_, RenderError>(job.replay(seed, sample, &arguments.passes, limit, &interrupts.stop, listener.as_ref())?)
     })?;
     let _ = write!(std::io::stdout(), "{replayed}");
     Ok(ExitStatus::Done)

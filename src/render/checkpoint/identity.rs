@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::material::mip_map::memory::TextureSettings;
+use crate::render::memory::for_cache_points;
 use crate::render::{Budget, RenderSettings};
 use crate::scene::Sources;
 
@@ -44,6 +45,7 @@ impl Identity {
             seed: None,
             budget,
             textures: TextureSettings::default(),
+            cache: for_cache_points(settings.cache),
             ..settings.clone()
         };
         add("the options", format!("{settings:?}"));

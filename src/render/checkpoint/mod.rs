@@ -20,6 +20,7 @@ pub use identity::Identity;
 pub use state::Kept;
 pub(super) use state::{KeptRef, OpenPass};
 
+use crate::system::memory;
 use crate::system::output::OutputError;
 
 /// How often a render is kept.
@@ -92,12 +93,17 @@ impl<'a> Keeper<'a> {
             }
     }
 
-    /// Copies out what there is and begins to write it. Waits for the one before.
+    /// Copies out what there is and begins to write it. Waits for the one before. Where a limit on memory leaves no room for the copy it is written at once, and
+    /// the render waits.
     pub(super) fn keep(&self, state: &KeptRef<'_>) {
         self.asked.store(false, Ordering::Relaxed);
         let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
         writer.join();
         let (path, identity) = (self.path.clone(), self.identity.clone());
+        if !has_room_for_copy(state) {
+            writer.failed = file::write_in_place(&path, &identity, state).err();
+            return;
+        }
         let body = match state.to_bytes() {
             Ok(body) => body,
             Err(reason) => {
@@ -123,6 +129,15 @@ impl<'a> Keeper<'a> {
         let _ = self.settle();
         let _ = std::fs::remove_file(&self.path);
     }
+}
+
+/// Whether the limit on the memory of the process, if it has one, leaves room for a copy of the state, which is made in a list that doubles as it grows.
+fn has_room_for_copy(state: &KeptRef<'_>) -> bool {
+    memory::limit().is_none()
+        || match (memory::available(), file::length(state)) {
+            (Some(left), Ok(length)) => 3 * length < left,
+            _ => true,
+        }
 }
 
 impl Writer {
