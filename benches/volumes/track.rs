@@ -10,7 +10,8 @@ pub type Track = fn(&World, &Ray, &mut Stream, &mut Scratch) -> f32;
 
 /// Delta tracking: 1 where nothing scatters.
 pub fn flight(world: &World, ray: &Ray, stream: &mut Stream, scratch: &mut Scratch) -> f32 {
-    let mut path = PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: 0, links: None };
+    let mut path =
+        PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: None, links: None };
     let vertex = sample_flight(world, ray, &mut path, true, stream, scratch, |weight, _, emission, _| {
         std::hint::black_box(weight.alone() * emission);
     });
@@ -19,7 +20,8 @@ pub fn flight(world: &World, ray: &Ray, stream: &mut Stream, scratch: &mut Scrat
 
 /// Ratio tracking.
 pub fn through(world: &World, ray: &Ray, stream: &mut Stream, scratch: &mut Scratch) -> f32 {
-    transmittance(world, ray, &world.camera_regions, stream, scratch).value[0]
+    let seed = (stream.next_f32() * 16_777_216.0) as u64;
+    transmittance(world, ray, &world.camera_regions, || Stream::from_seed(seed), scratch).value[0]
 }
 
 /// What tracking along many rays came to.

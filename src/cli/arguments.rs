@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::checkpoint_arguments::CheckpointArguments;
 use super::farm_arguments::FarmArguments;
+use super::limit_arguments::LimitArguments;
 use super::merge_command::MergeArguments;
 use super::share_arguments::ShareArguments;
 use super::texture_arguments::TextureArguments;
@@ -78,7 +79,7 @@ pub struct RenderArguments {
     /// Seed of the random numbers: another seed, another noise [default: what the scene's Sampler says, else 0].
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
-    /// Threads [default: one per processor]. The image does not depend on it.
+    /// Threads [default: one for each processor that the process may use, by its affinity and the quotas of its control groups]. The image does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// How a light is chosen.
@@ -136,6 +137,9 @@ pub struct RenderArguments {
     /// Which frames, and what part of each.
     #[command(flatten)]
     pub share: ShareArguments,
+    /// What it may take, and how it is told.
+    #[command(flatten)]
+    pub limits: LimitArguments,
     /// Which library traces rays [default: embree where built in].
     #[arg(long, value_enum)]
     pub backend: Option<Backend>,

@@ -2,8 +2,10 @@
 
 use std::io::{IsTerminal, Write};
 
-use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str};
+use annotate_snippets::{AnnotationKind, Group, Origin, Renderer, Snippet, normalize_untrusted_str};
+use serde::Serialize;
 
+use super::log::{self, Level, Place};
 use crate::scene::{SceneError, Sources, Span, Warning, Warnings};
 
 /// No more warnings than this are printed one by one.
@@ -12,8 +14,22 @@ const MAX_WARNINGS: usize = 30;
 /// Bytes of a line shown before and after the place in question: exporters write whole meshes on one line.
 const CONTEXT: usize = 100;
 
+/// What belongs to an error in JSON besides its message.
+#[derive(Serialize)]
+struct Fault<'a> {
+    #[serde(flatten)]
+    place: Option<Place>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    help: Option<&'a str>,
+}
+
 /// Prints an error to the standard error output, in colour where that is a terminal.
 pub fn print_error(error: &SceneError, sources: &Sources) {
+    if log::is_json() {
+        let place = error.span.map(|span| Place::of(span, sources));
+        let fault = Fault { place, help: error.help.as_deref() };
+        return log::write_json(Level::Error, &error.kind.to_string(), Some(fault));
+    }
     let stderr = std::io::stderr();
     let text = render_error(error, sources, stderr.is_terminal());
     // Nobody is left to tell if even this fails.
@@ -22,15 +38,18 @@ pub fn print_error(error: &SceneError, sources: &Sources) {
 
 /// Prints `error: message` for what has no place in a scene file.
 pub fn print_message(message: &str) {
+    if log::is_json() {
+        return log::write_json(Level::Error, message, None::<()>);
+    }
     let stderr = std::io::stderr();
-    let title = Level::ERROR.primary_title(normalize_untrusted_str(message));
+    let title = annotate_snippets::Level::ERROR.primary_title(normalize_untrusted_str(message));
     let renderer = if stderr.is_terminal() { Renderer::styled() } else { Renderer::plain() };
     let _ = writeln!(stderr.lock(), "{}", renderer.render(&[Group::with_title(title)]));
 }
 
 /// The error with an excerpt of its line.
 pub fn render_error(error: &SceneError, sources: &Sources, colour: bool) -> String {
-    let title = Level::ERROR.primary_title(normalize_untrusted_str(&error.kind.to_string()));
+    let title = annotate_snippets::Level::ERROR.primary_title(normalize_untrusted_str(&error.kind.to_string()));
     let mut group = Group::with_title(title);
     let excerpt = error.span.map(|span| (span, Excerpt::new(sources.line(span.file, span.line), &span)));
     if let Some((span, excerpt)) = &excerpt {
@@ -42,7 +61,7 @@ pub fn render_error(error: &SceneError, sources: &Sources, colour: bool) -> Stri
         );
     }
     if let Some(help) = &error.help {
-        group = group.element(Level::HELP.message(normalize_untrusted_str(help)));
+        group = group.element(annotate_snippets::Level::HELP.message(normalize_untrusted_str(help)));
     }
     let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
     renderer.render(&[group])
@@ -75,30 +94,55 @@ impl Excerpt {
     }
 }
 
-/// Prints warnings to the standard error output: the first thirty of them and the number of the others.
+/// Prints warnings to the standard error output: the first thirty of them and the number of the others. All are counted.
 pub fn print_warnings(warnings: &Warnings, sources: &Sources) {
-    let mut stderr = std::io::stderr().lock();
-    let lines = warning_lines(warnings, sources);
-    for line in lines.iter().take(MAX_WARNINGS) {
-        let _ = writeln!(stderr, "{line}");
+    log::count_warnings(warnings.list().len());
+    for warning in warnings.list().iter().take(MAX_WARNINGS) {
+        if log::is_json() {
+            let place = warning.span.map(|span| Place::of(span, sources));
+            log::write_json(Level::Warning, &warning.message, place);
+        } else {
+            write_line(&warning_line(warning, sources));
+        }
     }
-    if lines.len() > MAX_WARNINGS {
-        let _ =
-            writeln!(stderr, "warning: and {} more (--stats and info --json list them)", lines.len() - MAX_WARNINGS);
+    if warnings.list().len() > MAX_WARNINGS {
+        let others = warnings.list().len() - MAX_WARNINGS;
+        let message = format!("and {others} more (--stats and info --json list them)");
+        match log::is_json() {
+            true => log::write_json(Level::Warning, &message, None::<()>),
+            false => write_line(&format!("warning: {message}")),
+        }
     }
 }
 
 /// Each warning as `warning: file:line:column: what`.
 pub fn warning_lines(warnings: &Warnings, sources: &Sources) -> Vec<String> {
-    let place = |span: Option<Span>| match span {
+    warnings.list().iter().map(|warning| warning_line(warning, sources)).collect()
+}
+
+fn warning_line(warning: &Warning, sources: &Sources) -> String {
+    let place = match warning.span {
         Some(span) => format!("{}:{}:{}: ", sources.path(span.file).display(), span.line, span.column),
         None => String::new(),
     };
-    let line = |w: &Warning| normalize_untrusted_str(&format!("warning: {}{}", place(w.span), w.message));
-    warnings.list().iter().map(line).collect()
+    normalize_untrusted_str(&format!("{WARNING}{place}{}", warning.message))
 }
 
-/// A line on the standard error output. That nobody reads it is no error.
+/// What lines begin with that are warnings.
+const WARNING: &str = "warning: ";
+
+/// A line on the standard error output; one that begins with `warning: ` is a warning, and counted. That nobody reads it is no error.
 pub fn say(line: impl std::fmt::Display) {
+    let line = line.to_string();
+    let warning = line.strip_prefix(WARNING);
+    log::count_warnings(usize::from(warning.is_some()));
+    match (log::is_json(), warning) {
+        (false, _) => write_line(&line),
+        (true, Some(warning)) => log::write_json(Level::Warning, warning, None::<()>),
+        (true, None) => log::write_json(Level::Info, &line, None::<()>),
+    }
+}
+
+fn write_line(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -55,8 +55,8 @@ pub fn run(arguments: &FarmArguments) -> ExitStatus {
     }
 }
 
-/// The job, with its folder made, where all that can be known before a task runs is right.
-fn prepare(arguments: &JobArguments, frames_per_task: u32) -> Result<FarmJob, Failure> {
+/// The job, where all that can be known before a task runs is right. The scheduler gives `more` options.
+fn prepare(arguments: &JobArguments, frames_per_task: u32, more: &[&str]) -> Result<FarmJob, Failure> {
     let frames = arguments.frames.map(|frames| {
         let mut numbers = frames.numbers();
         let first = numbers.next().unwrap_or(0);
@@ -81,7 +81,7 @@ fn prepare(arguments: &JobArguments, frames_per_task: u32) -> Result<FarmJob, Fa
         options: arguments.options.clone(),
     };
     job.check()?;
-    check_options(&job)?;
+    check_options(&job, more)?;
     let first = |name: &str| match &job.frames {
         Some(frames) => numbered(Path::new(name), *frames.start()),
         None => PathBuf::from(name),
@@ -117,8 +117,8 @@ fn unknown(what: &'static str) -> impl Fn(std::io::Error) -> Failure {
     move |error| Failure::Other(format!("{what} cannot be found: {error}"))
 }
 
-/// Whether `render` would take the command line of the first task: better known now than by a thousand tasks.
-fn check_options(job: &FarmJob) -> Result<(), Failure> {
+/// Whether `render` would take the command line of the first task, which has `more` words on it: better known now than by a thousand tasks.
+fn check_options(job: &FarmJob, more: &[&str]) -> Result<(), Failure> {
     let mut words = vec!["lanternfish", "render", &job.scene, "--recover", "-o", &job.output];
     words.extend(job.options.iter().map(String::as_str));
     let frames = job.frames.as_ref().map(|frames| format!("--frames={}", frames.start()));
@@ -126,6 +126,7 @@ fn check_options(job: &FarmJob) -> Result<(), Failure> {
     if job.parts > 1 {
         words.extend(["--part", "1/2"]);
     }
+    words.extend(more);
     match Arguments::try_parse_from(words) {
         Ok(Arguments { command: Command::Render(_) }) => Ok(()),
         Ok(_) => Err(Failure::Other("this is no render".to_owned())),
@@ -152,7 +153,7 @@ fn typed<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 fn to_slurm(arguments: &SlurmArguments) -> Result<(), Failure> {
-    let job = prepare(&arguments.job, arguments.frames_per_task)?;
+    let job = prepare(&arguments.job, arguments.frames_per_task, &[])?;
     let options = SlurmOptions { sbatch: arguments.sbatch.clone() };
     options.check(&job)?;
     let folder = Path::new(&job.folder);
@@ -223,7 +224,7 @@ fn submit(script: &Path, options: &[String], tasks: u64) -> Result<String, Failu
 }
 
 fn to_openjd(arguments: &JobArguments) -> Result<(), Failure> {
-    let job = prepare(arguments, 1)?;
+    let job = prepare(arguments, 1, &["--progress", "openjd"])?;
     let (template, values) = openjd::template(&job)?;
     let folder = Path::new(&job.folder);
     make_folder(folder)?;

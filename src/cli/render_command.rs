@@ -7,39 +7,70 @@ use super::arguments::RenderArguments;
 use super::diagnostics::{print_error, print_message, print_warnings, say};
 use super::frames::{Frames, has_place, numbered};
 use super::interrupt::Interrupts;
+use super::limit_arguments::Shown;
+use super::log;
+use super::machine_progress::print_fail;
+use super::memory_guard::MemoryGuard;
 use super::render_frame::Studio;
 use super::{ExitStatus, progress};
 use crate::film::RejectedSample;
 use crate::geometry::trace::TraceError;
 use crate::render::identity::Identity;
 use crate::render::lesson::Lesson;
-use crate::render::{Budget, Job, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load};
+use crate::render::{Budget, Job, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load, memory};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
 use crate::system::output::check_writable;
 
 /// Runs the command; messages go to the standard error output.
 pub fn run(arguments: &RenderArguments) -> ExitStatus {
     let settings = arguments.settings();
-    if let Some(sample) = arguments.replay {
-        let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
-        let frame = arguments.share.frames.and_then(|frames| frames.numbers().next());
-        let (scene, settings) = of_frame(&arguments.scene, &settings, frame);
-        let replayed = replay(&scene, &settings, sample, &arguments.passes, &mut sources, &mut warnings);
-        return report_end(replayed, &sources);
+    let shown = arguments.limits.progress;
+    let fails = |error| end_of_render(Err(error), shown, &Sources::default());
+    if let Err(error) = arguments.limits.apply() {
+        return fails(error);
     }
-    render(arguments, &settings).unwrap_or_else(|error| report_end(Err(error), &Sources::default()))
+    let Some(sample) = arguments.replay else {
+        return render(arguments, &settings).unwrap_or_else(fails);
+    };
+    let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
+    let frame = arguments.share.frames.and_then(|frames| frames.numbers().next());
+    let (scene, settings) = of_frame(&arguments.scene, &settings, frame);
+    let replayed = replay(&scene, &settings, sample, arguments, &mut sources, &mut warnings);
+    end_of_render(replayed, shown, &sources)
+}
+
+/// The end of a render, told to whoever listens for it too.
+fn end_of_render(result: Result<ExitStatus, RenderError>, shown: Shown, sources: &Sources) -> ExitStatus {
+    if let Err(error) = &result {
+        tell_farm(shown, error, sources);
+    }
+    report_end(result, sources)
+}
+
+/// Tells whoever listens for it that the render has failed.
+fn tell_farm(shown: Shown, error: &RenderError, sources: &Sources) {
+    if shown == Shown::Openjd {
+        print_fail(&match error {
+            RenderError::Scene(error) => error.one_line(sources),
+            other => other.to_string(),
+        });
+    }
 }
 
 /// Prints an error, if there is one, and says how the process ends.
 pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) -> ExitStatus {
     match result {
         Ok(status) => status,
-        Err(RenderError::Scene(error)) => {
+        Err(RenderError::Scene(mut error)) => {
+            if let (SceneErrorKind::Limit(_), Some(account)) = (&error.kind, memory::account()) {
+                error.help = Some(error.help.map_or(account.clone(), |help| format!("{help}; {account}")));
+            }
             print_error(&error, sources);
             ExitStatus::from(&error.kind)
         }
         Err(error) => {
-            print_message(&error.to_string());
+            let account = memory::account().filter(|_| matches!(error, RenderError::Trace(TraceError::Memory(_))));
+            print_message(&account.map_or(error.to_string(), |account| format!("{error}; {account}")));
             match error {
                 RenderError::Trace(TraceError::Missing(_))
                 | RenderError::Overlap { .. }
@@ -49,7 +80,9 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
                 | RenderError::Ending { .. } => ExitStatus::Usage,
                 RenderError::Checkpoint(_) | RenderError::Lesson(_) => ExitStatus::BadInput,
                 RenderError::Replay(ReplayError::Interrupted) => ExitStatus::Interrupted,
-                RenderError::Trace(TraceError::Memory(_)) | RenderError::Threads(_) => ExitStatus::Limit,
+                RenderError::Trace(TraceError::Memory(_)) | RenderError::Memory(_) | RenderError::Threads(_) => {
+                    ExitStatus::Limit
+                }
                 RenderError::Trace(TraceError::Geometry(_)) => ExitStatus::BadInput,
                 _ => ExitStatus::Failed,
             }
@@ -83,16 +116,31 @@ fn render(arguments: &RenderArguments, settings: &RenderSettings) -> Result<Exit
     if let Some(time) = arguments.checkpoints.exit_at {
         interrupts.stop_after(time);
     }
-    let studio = Studio { checkpoints: &arguments.checkpoints, pool: &pool, interrupts: &interrupts };
+    let shown = arguments.limits.progress;
+    let guard = MemoryGuard::watch(&interrupts, move |error| {
+        tell_farm(shown, error, &Sources::default());
+        print_message(&error.to_string());
+    });
+    let listener = progress::listener(shown, settings.quiet);
+    let studio = Studio {
+        checkpoints: &arguments.checkpoints,
+        pool: &pool,
+        interrupts: &interrupts,
+        guard: &guard,
+        listener: listener.as_ref(),
+    };
     for (i, &frame) in frames.iter().enumerate() {
         let (mut sources, mut warnings) = (Sources::default(), Warnings::default());
+        log::set_frame(frame.map(i64::from));
+        listener.frame(i, frames.len());
         if let Some(frame) = frame.filter(|_| frames.len() > 1 && !settings.quiet) {
             say(format!("frame {frame}, {} of {}", i + 1, frames.len()));
         }
         let (scene, settings) = of_frame(&arguments.scene, settings, frame);
         interrupts.rendering(false);
+        guard.preparing_begins();
         let result = studio.render(&scene, &settings, &mut sources, &mut warnings);
-        let status = report_end(result, &sources);
+        let status = end_of_render(result, shown, &sources);
         if status != ExitStatus::Done {
             return Ok(status);
         }
@@ -125,7 +173,7 @@ fn replay(
     path: &Path,
     settings: &RenderSettings,
     sample: RejectedSample,
-    passes: &[u32],
+    arguments: &RenderArguments,
     sources: &mut Sources,
     warnings: &mut Warnings,
 ) -> Result<ExitStatus, RenderError> {
@@ -145,9 +193,16 @@ fn replay(
             Budget::Samples(spp) => Some(spp),
             Budget::Scene | Budget::Time(_) | Budget::Error(_) => None,
         };
-        let listener = progress::listener(settings.quiet);
+        let listener = progress::listener(arguments.limits.progress, settings.quiet);
         interrupts.rendering(true);
-        Ok::<_, RenderError>(job.replay(job.seed, sample, passes, limit, &interrupts.stop, listener.as_ref())?)
+        Ok::<_, RenderError>(job.replay(
+            job.seed,
+            sample,
+            &arguments.passes,
+            limit,
+            &interrupts.stop,
+            listener.as_ref(),
+        )?)
     })?;
     let _ = write!(std::io::stdout(), "{replayed}");
     Ok(ExitStatus::Done)

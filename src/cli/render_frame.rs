@@ -3,20 +3,21 @@
 use std::path::Path;
 use std::time::Instant;
 
+use super::ExitStatus;
 use super::checkpoint_arguments::{CheckpointArguments, beside};
 use super::diagnostics::{print_warnings, say, warning_lines};
 use super::interrupt::Interrupts;
+use super::memory_guard::Guarded;
 use super::render_outputs::{Origin, Outputs};
-use super::render_report::{after_the_fact, command_line, lossy, replay_command, summarise};
-use super::{ExitStatus, progress};
+use super::render_report::{after_the_fact, command_line, conclude, lossy, replay_command, summarise};
 use crate::render::checkpoint::{self, CheckpointError, Keeper};
 use crate::render::identity::Identity;
 use crate::render::lesson::Lesson;
 use crate::render::stats::Statistics;
-use crate::render::{Budget, Job, RenderError, RenderSettings, Share, inputs, load, seed_of};
+use crate::render::{Budget, Job, Progress, RenderError, RenderSettings, Share, inputs, load, seed_of};
 use crate::scene::{Sources, Warnings};
 use crate::system::clock::cpu_seconds;
-use crate::system::memory::peak_memory;
+use crate::system::memory::{limit, peak_memory};
 
 /// What all frames of a command share.
 pub struct Studio<'a> {
@@ -26,6 +27,10 @@ pub struct Studio<'a> {
     pub pool: &'a rayon::ThreadPool,
     /// What was asked for meanwhile.
     pub interrupts: &'a Interrupts,
+    /// Who holds the limit on memory.
+    pub guard: &'a Guarded,
+    /// Who is told how far a frame is.
+    pub listener: &'a dyn Progress,
 }
 
 impl Studio<'_> {
@@ -40,7 +45,7 @@ impl Studio<'_> {
         sources: &mut Sources,
         warnings: &mut Warnings,
     ) -> Result<ExitStatus, RenderError> {
-        let Self { checkpoints, pool, interrupts } = self;
+        let Self { checkpoints, pool, interrupts, guard, listener } = self;
         // The seconds of a sequence's earlier frames are theirs.
         let cpu_before = if settings.frame.is_some() { cpu_seconds() } else { 0.0 };
         let prepared = pool.install(|| {
@@ -86,13 +91,13 @@ impl Studio<'_> {
         let interval = checkpoints.checkpoint.0.filter(|_| outputs.checkpoint.is_some());
         let keeper =
             interval.map(|interval| Keeper::new(kept.clone(), origin.render.clone(), interval, &interrupts.keep));
-        let listener = progress::listener(settings.quiet);
         let (seed, budget) = (job.seed, job.budget);
         interrupts.rendering(true);
+        guard.rendering_begins(&job.world.materials);
         let before = cpu_seconds();
         let outcome = pool.install(|| match &keeper {
-            Some(keeper) => job.render_kept(seed, budget, &interrupts.stop, listener.as_ref(), keeper, from),
-            None => Ok(job.render(seed, budget, &interrupts.stop, listener.as_ref())),
+            Some(keeper) => job.render_kept(seed, budget, &interrupts.stop, *listener, keeper, from),
+            None => Ok(job.render(seed, budget, &interrupts.stop, *listener)),
         })?;
         let cpu_seconds_rendering = cpu_seconds() - before;
 
@@ -114,9 +119,7 @@ impl Studio<'_> {
             replay_command(std::env::args_os().map(lossy), first, passes.into_iter().flatten(), settings.frame)
         });
         let unkept = is_kept.as_ref().and_then(|kept| kept.as_ref().err()).map(|error| format!("warning: {error}"));
-        let told =
-            [warning_lines(&late, sources), after_the_fact(&outcome, replay.as_deref()), unkept.into_iter().collect()]
-                .concat();
+        let told = [after_the_fact(&outcome, replay.as_deref()), unkept.into_iter().collect()].concat();
         let mut statistics = Statistics {
             command: command_line(),
             version: env!("CARGO_PKG_VERSION"),
@@ -145,9 +148,13 @@ impl Studio<'_> {
             iterations: outcome.iterations.clone(),
             cache_points: job.world.light_choice.cache_points().map(|cache| cache.statistics().clone()),
             plan: job.plan.clone(),
-            warnings: [warning_lines(warnings, sources), told.clone()].concat(),
+            warnings: [warning_lines(warnings, sources), warning_lines(&late, sources), told.clone()].concat(),
         };
         (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds() - cpu_before, peak_memory());
+        if limit().is_some() {
+            // What they took is needed for writing.
+            job.world.materials.shed_images(u64::MAX);
+        }
         outputs.write(&origin, &job, &outcome, &statistics)?;
         statistics.seconds.write = written.elapsed().as_secs_f64();
         (statistics.cpu_seconds, statistics.peak_memory) = (cpu_seconds() - cpu_before, peak_memory());
@@ -160,9 +167,13 @@ impl Studio<'_> {
             if outcome.interrupted && matches!(is_kept, Some(Ok(()))) {
                 say(format!("{}: --resume goes on from here", kept.display()));
             }
+            conclude(&outputs.image, &statistics, &outcome);
         }
         if let Some(keeper) = keeper.filter(|_| !outcome.interrupted) {
             keeper.forget();
+        }
+        if let Some(exhausted) = guard.stopped() {
+            return Err(exhausted.into());
         }
         Ok(if outcome.interrupted { ExitStatus::Interrupted } else { ExitStatus::Done })
     }

@@ -4,7 +4,10 @@ use std::path::Path;
 
 use bytesize::ByteSize;
 
+use serde::Serialize;
+
 use super::diagnostics::say;
+use super::log::{self, Level};
 use crate::film::{Film, RejectedSample};
 use crate::integrator::Counters;
 use crate::integrator::path::MOST_BOUNCES;
@@ -13,8 +16,59 @@ use crate::medium::regions::MAX_OVERLAP;
 use crate::render::Outcome;
 use crate::render::stats::Statistics;
 
+/// The last line in JSON: what the render came to, in numbers.
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Conclusion<'a> {
+    output: &'a Path,
+    /// By the clock, of all steps; of those before an interruption only the rendering.
+    seconds: f64,
+    cpu_seconds: f64,
+    /// Bytes.
+    peak_memory: u64,
+    /// How many there were.
+    warnings: u64,
+    samples_per_pixel: u32,
+    error: Option<f64>,
+    interrupted: bool,
+}
+
+/// Says in JSON how the render went: the last line of one that ends well.
+pub(super) fn conclude(output: &Path, statistics: &Statistics, outcome: &Outcome) {
+    if log::is_json() {
+        let conclusion = Conclusion {
+            output,
+            seconds: statistics.seconds.total(),
+            cpu_seconds: statistics.cpu_seconds,
+            peak_memory: statistics.peak_memory,
+            warnings: log::warnings(),
+            samples_per_pixel: statistics.samples_per_pixel,
+            error: statistics.error,
+            interrupted: outcome.interrupted,
+        };
+        log::write_json(Level::Info, &speed(output, statistics), Some(conclusion));
+    }
+}
+
 /// Says how the render went.
 pub(super) fn summarise(output: &Path, statistics: &Statistics, outcome: &Outcome) {
+    if !log::is_json() {
+        say(speed(output, statistics));
+    }
+    if let Some(TileCacheStatistics { limit, held, hit_rate, .. }) = statistics.texture_cache {
+        let (limit, held) = (ByteSize(limit), ByteSize(held));
+        say(format!(
+            "textures: at most {held} of tiles in memory, of {limit}; {:.2} % of look-ups found theirs",
+            100.0 * hit_rate
+        ));
+    }
+    if outcome.interrupted {
+        say("interrupted: the image holds what was done by then");
+    }
+}
+
+/// How fast it was, how good the image is, and how many warnings there were.
+fn speed(output: &Path, statistics: &Statistics) -> String {
     let Counters { closest_rays, shadow_rays, flight_steps, transmittance_steps, .. } = statistics.counters;
     let rays = (closest_rays + shadow_rays) as f64;
     let mut line = format!(
@@ -31,17 +85,12 @@ pub(super) fn summarise(output: &Path, statistics: &Statistics, outcome: &Outcom
     if let Some(error) = statistics.error {
         line += &format!(", error {:.2} %", error * 100.0);
     }
-    say(line);
-    if let Some(TileCacheStatistics { limit, held, hit_rate, .. }) = statistics.texture_cache {
-        let (limit, held) = (ByteSize(limit), ByteSize(held));
-        say(format!(
-            "textures: at most {held} of tiles in memory, of {limit}; {:.2} % of look-ups found theirs",
-            100.0 * hit_rate
-        ));
+    match log::warnings() {
+        0 => {}
+        1 => line += ", 1 warning",
+        warnings => line += &format!(", {warnings} warnings"),
     }
-    if outcome.interrupted {
-        say("interrupted: the image holds what was done by then");
-    }
+    line
 }
 
 /// What only rendering could tell to be wrong.

@@ -47,7 +47,7 @@ pub enum FarmError {
     /// Something that is no option of `sbatch`.
     #[error("--sbatch {0}: expected an option of sbatch such as --partition=night")]
     Sbatch(String),
-    /// An option of the render that would have several tasks write one file, or that is the farm's to give.
+    /// An option of the render that would have several tasks write one file.
     #[error("{0} cannot be used here: {1}")]
     Option(&'static str, &'static str),
     /// More than a parameter of a job template may hold.

@@ -77,11 +77,8 @@ struct Script {
 /// The template, and values of its parameters in the order in which it has them.
 ///
 /// # Errors
-/// Where a value is longer than the specification allows, or the options are not for it.
+/// Where a value is longer than the specification allows.
 pub fn template(job: &FarmJob) -> Result<(Template, Values), FarmError> {
-    if job.has_option("--progress") {
-        return Err(FarmError::Option("--progress", "the template asks for --progress openjd"));
-    }
     let path = |name, description, data_flow| Definition {
         name,
         r#type: "PATH",

@@ -353,9 +353,6 @@ fn what_cannot_be_is_refused() {
     let options = vec!["--stats=a.##.json".into(), "--png".into(), "--spp=3".into()];
     let numbered = FarmJob { parts: 1, options, ..job.clone() };
     assert_eq!(numbered.check(), Ok(()));
-    let progress = FarmJob { options: vec!["--progress=off".into()], ..job.clone() };
-    assert_eq!(progress.check(), Ok(()));
-    assert!(openjd::template(&progress).is_err());
     assert_eq!(with(|job| job.options.push("--pngs".into())), Ok(()));
     for wrong in ["", "night", "--a\n--b"] {
         assert!(SlurmOptions { sbatch: vec![wrong.into()] }.check(&job).is_err(), "{wrong:?}");

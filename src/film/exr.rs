@@ -56,7 +56,7 @@ impl ChannelImage {
 }
 
 fn refuse(path: &Path, reason: impl Into<String>) -> ImageError {
-    ImageError { path: path.to_owned(), reason: reason.into() }
+    ImageError::new(path, reason.into())
 }
 
 /// Writes `image` as 32-bit floats with ZIP compression.
@@ -158,7 +158,7 @@ fn read_exr_from(path: &Path, mut source: impl Read + Seek + Send, length: u64) 
     // Once as the library decodes them and once as floats.
     let needed = values as u64 * 8;
     if available().is_some_and(|left| needed > left) {
-        return Err(refuse(path, format!("its {values} values take more memory than is left")));
+        return Err(ImageError::limit(path, format!("its {values} values take more memory than is left")));
     }
     let image = read()
         .no_deep_data()

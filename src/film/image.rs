@@ -72,11 +72,18 @@ pub struct ImageError {
     pub path: PathBuf,
     /// In words.
     pub reason: String,
+    /// Whether nothing is wrong with the file, but with what the process's limit on memory leaves.
+    pub is_limit: bool,
 }
 
 impl ImageError {
     pub(super) fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
-        Self { path: path.to_owned(), reason: reason.to_string() }
+        Self { path: path.to_owned(), reason: reason.to_string(), is_limit: false }
+    }
+
+    /// There is too little memory. That is told apart only where the process has a limit of its own.
+    pub(super) fn limit(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self { is_limit: crate::system::memory::limit().is_some(), ..Self::new(path, reason) }
     }
 }
 

@@ -239,7 +239,7 @@ fn from_others(path: &Path, bytes: Vec<u8>) -> Result<StoredImage, ImageError> {
     check_size(path, width as usize, height as usize)?;
     let values = width as usize * height as usize * usize::from(decoder.color_type().channel_count());
     check_expansion(values, length).map_err(|e| fail(&e))?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| fail(&e))?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| refuse(path, &e))?;
     let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let colour = decoded.color();
     let (channels, values) = match decoded {
@@ -253,6 +253,13 @@ fn from_others(path: &Path, bytes: Vec<u8>) -> Result<StoredImage, ImageError> {
         image => (1, Values::Floats(image.into_rgb32f().into_raw().chunks_exact(3).map(|p| p[0]).collect())),
     };
     Ok(StoredImage { width: width as usize, height: height as usize, channels, values, is_float })
+}
+
+fn refuse(path: &Path, error: &image::ImageError) -> ImageError {
+    match error {
+        image::ImageError::Limits(_) => ImageError::limit(path, error),
+        _ => ImageError::new(path, error),
+    }
 }
 
 fn decoder<'a>(path: &Path, source: impl BufRead + Seek + 'a) -> Result<Box<dyn ImageDecoder + 'a>, ImageError> {
@@ -269,7 +276,7 @@ fn decoder<'a>(path: &Path, source: impl BufRead + Seek + 'a) -> Result<Box<dyn 
     // Decoded once and turned into floats once.
     limits.max_alloc = Some(available().map_or(MAX_BYTES, |left| MAX_BYTES.min(left / 2)));
     reader.limits(limits);
-    Ok(Box::new(reader.into_decoder().map_err(|e| fail(&e))?))
+    Ok(Box::new(reader.into_decoder().map_err(|e| refuse(path, &e))?))
 }
 
 /// Whether a JPEG lacks its end-of-image marker after its last start-of-scan marker: the decoder would fill up with grey.

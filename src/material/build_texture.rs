@@ -304,6 +304,9 @@ impl<'a> TextureBuilder<'a> {
         }
         let image = match read_header(&path) {
             Ok(header) => Some(Arc::new(MipMap::new(path, encoding, span, instead, &header, self.memory))),
+            Err(error) if error.is_limit => {
+                return Err(SceneError::at(span, SceneErrorKind::Limit(error.to_string())));
+            }
             Err(error) if self.strict => {
                 return Err(SceneError::at(span, SceneErrorKind::File { path, reason: error.reason }));
             }

@@ -207,6 +207,16 @@ impl Materials {
         self.report_images(warnings)
     }
 
+    /// The process leaves images no more memory than `bytes` says of what was asked for. To be called before [`Self::settle_images`].
+    pub fn fit_images(&self, bytes: impl FnOnce(u64) -> u64, warnings: &mut Warnings) {
+        self.memory.fit(bytes(self.memory.asked()), self.loader.images(), warnings);
+    }
+
+    /// Lets tiles of images go that take so many bytes, as far as there are so many.
+    pub fn shed_images(&self, bytes: u64) {
+        self.memory.shed(bytes);
+    }
+
     /// Takes down what went wrong with images since the last time.
     ///
     /// # Errors

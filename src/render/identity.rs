@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::memory::for_cache_points;
 use super::{Budget, RenderSettings, Share};
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
@@ -125,6 +126,7 @@ fn what_shows(settings: &RenderSettings) -> RenderSettings {
         threads: None,
         seed: None,
         textures: TextureSettings::default(),
+        cache: for_cache_points(settings.cache),
         ..settings.clone()
     }
 }

@@ -43,11 +43,13 @@ use crate::integrator::path::MOST_BOUNCES;
 use crate::integrator::{Counters, LightChoice, PathSettings, World};
 use crate::scene::{Entity, Param, ParamSet, SceneDescription, SceneError, Sources, Warnings};
 use crate::system::output::OutputError;
+use crate::system::taken;
 use checkpoint::{CheckpointError, Keeper, Kept};
 use course::{Course, MAX_SAMPLES};
 use identity::Identity;
 pub use inputs::inputs;
 use lesson::{Lesson, LessonError, LessonRef, Taken};
+pub use memory::ExhaustedMemory;
 use mixing::Mixing;
 pub use pass::Guides;
 use plan::Plan;
@@ -71,6 +73,9 @@ pub enum RenderError {
     /// No acceleration structure.
     #[error("cannot trace rays: {0}")]
     Trace(#[from] TraceError),
+    /// More memory than is allowed.
+    #[error(transparent)]
+    Memory(#[from] ExhaustedMemory),
     /// An output file could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -181,6 +186,7 @@ pub fn load(
     sources: &mut Sources,
     warnings: &mut Warnings,
 ) -> Result<(SceneDescription, Timings), RenderError> {
+    taken::begin("scene files");
     let start = Instant::now();
     let scene = crate::scene::load(path, sources, warnings)?;
     Ok((scene, Timings { parse: start.elapsed().as_secs_f64(), ..Timings::default() }))
@@ -219,7 +225,7 @@ impl Job {
         warn_about_engine(scene, warnings)?;
         settings.warn_ignored(warnings);
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
-        let mut world = build::build_world(scene, settings, backend, &mut timings, warnings)?;
+        let mut world = build::build_world(scene, settings, &film, backend, &mut timings, warnings)?;
         for defaults in &scene.defaults {
             defaults.warn_unused(warnings);
         }
@@ -243,13 +249,15 @@ impl Job {
                 build::choose_lights(&mut world, &choice, None, settings, warnings);
             }
         } else {
+            taken::begin("cache points");
             let start = Instant::now();
+            let cache = memory::for_cache_points(settings.cache);
             let builder = build::CacheBuilder {
                 camera: &camera,
                 film: &film,
                 path: &path,
                 seed,
-                settings: settings.cache,
+                settings: cache,
                 texture_share,
                 on_camera_rays: choice.in_scatter && choice.selector.is_some(),
             };
@@ -259,7 +267,7 @@ impl Job {
             let kept = lesson.as_mut().and_then(|lesson| lesson.points.take());
             let points = match kept.filter(|_| choice.has_points()) {
                 Some(kept) => {
-                    let points = CachePoints::from_kept(&world.lights, kept, settings.cache);
+                    let points = CachePoints::from_kept(&world.lights, kept, cache);
                     let unfit = || LessonError::Unreadable {
                         path: path_of_lesson(),
                         reason: "it does not fit the lights of this scene".to_owned(),
@@ -269,9 +277,13 @@ impl Job {
                 None if choice.has_points() => builder.build(&world),
                 None => None,
             };
+            if let (Some(points), true) = (&points, cache != settings.cache) {
+                memory::warn_few_candidates(points.statistics(), cache, warnings);
+            }
             build::choose_lights(&mut world, &choice, points, settings, warnings);
             timings.cache_points = start.elapsed().as_secs_f64();
         }
+        taken::begin("film");
         path.light_candidates =
             settings.light_candidates.unwrap_or_else(|| build::light_candidates(&world.light_choice, settings.lights));
         let is_known = world.equi_angular.is_some() || world.light_choice.cache_points().is_some();

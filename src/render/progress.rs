@@ -18,6 +18,8 @@ pub struct ProgressState {
 
 /// Listens to a render. Threads may call [`Progress::update`] at once and often.
 pub trait Progress: Send + Sync {
+    /// What is rendered from now on is frame `index` (from 0) of `count`, each of which starts and finishes. Where nobody says so there is one.
+    fn frame(&self, _index: usize, _count: usize) {}
     /// Rendering begins; `total_samples` over all pixels, where known.
     fn start(&self, total_samples: Option<u64>);
     /// It is this far.

@@ -1,7 +1,8 @@
 //! How the state of a render lies in a file: eight bytes that tell its kind and version, then the length and the CRC-32 of the identity and of the state, then both. It
 //! appears whole or not at all, in place of the one before.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use super::identity::Identity;
@@ -22,19 +23,85 @@ pub enum Fault {
     Other(String),
 }
 
-pub fn write(path: &Path, magic: Magic, identity: &Identity, state: &[u8]) -> Result<(), OutputError> {
-    let identity = serde_json::to_vec(identity).map_err(|error| OutputError::new(path, error))?;
-    let mut head = magic.to_vec();
-    for part in [identity.as_slice(), state] {
-        head.extend((part.len() as u64).to_le_bytes());
-        head.extend(crc32fast::hash(part).to_le_bytes());
+/// What a part comes to: counts and sums up what is written to it, and holds nothing.
+#[derive(Default)]
+struct Sums {
+    length: u64,
+    crc: crc32fast::Hasher,
+}
+
+impl Sums {
+    fn of(part: &[u8]) -> Self {
+        let mut sums = Self::default();
+        sums.add(part);
+        sums
     }
+
+    fn add(&mut self, bytes: &[u8]) {
+        self.length += bytes.len() as u64;
+        self.crc.update(bytes);
+    }
+
+    fn to_bytes(&self) -> [u8; SUMS / 2] {
+        let mut bytes = [0; SUMS / 2];
+        bytes[..8].copy_from_slice(&self.length.to_le_bytes());
+        bytes[8..].copy_from_slice(&self.crc.clone().finalize().to_le_bytes());
+        bytes
+    }
+}
+
+impl Write for Sums {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.add(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Writes a state that has been copied out.
+pub fn write(path: &Path, magic: Magic, identity: &Identity, state: &[u8]) -> Result<(), OutputError> {
+    let all = |file: &mut File| file.write_all(state).map_err(|error| error.to_string());
+    write_parts(path, magic, identity, &Sums::of(state), all)
+}
+
+/// Bytes that `state` writes.
+pub fn length(state: impl Fn(&mut dyn Write) -> Result<(), String>) -> Result<u64, String> {
+    let mut sums = Sums::default();
+    state(&mut sums).map(|()| sums.length)
+}
+
+/// Writes a state from where it is, which takes no memory: `state` is called twice.
+pub fn write_in_place(
+    path: &Path,
+    magic: Magic,
+    identity: &Identity,
+    state: impl Fn(&mut dyn Write) -> Result<(), String>,
+) -> Result<(), OutputError> {
+    let mut sums = Sums::default();
+    state(&mut sums).map_err(|error| OutputError::new(path, error))?;
+    write_parts(path, magic, identity, &sums, |file| {
+        let mut out = BufWriter::with_capacity(1 << 20, file);
+        state(&mut out)?;
+        out.flush().map_err(|error| error.to_string())
+    })
+}
+
+fn write_parts(
+    path: &Path,
+    magic: Magic,
+    identity: &Identity,
+    sums: &Sums,
+    state: impl FnOnce(&mut File) -> Result<(), String>,
+) -> Result<(), OutputError> {
+    let identity = serde_json::to_vec(identity).map_err(|error| OutputError::new(path, error))?;
+    let head = [&magic[..], &Sums::of(&identity).to_bytes(), &sums.to_bytes(), &identity].concat();
     write_atomically(path, |file| {
         let file = file.as_file_mut();
-        [head.as_slice(), &identity, state]
-            .into_iter()
-            .try_for_each(|part| file.write_all(part))
-            .map_err(|e| e.to_string())
+        file.write_all(&head).map_err(|error| error.to_string())?;
+        state(file)
     })
 }
 

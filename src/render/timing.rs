@@ -24,3 +24,21 @@ pub struct Timings {
     /// Writing images.
     pub write: f64,
 }
+
+impl Timings {
+    /// All steps together. Rendering holds the time to the first tile.
+    pub fn total(&self) -> f64 {
+        let Self {
+            parse,
+            volumes_and_textures,
+            geometry_load,
+            geometry_build,
+            lights,
+            cache_points,
+            render,
+            write,
+            ..
+        } = self;
+        parse + volumes_and_textures + geometry_load + geometry_build + lights + cache_points + render + write
+    }
+}

@@ -1,8 +1,29 @@
 //! How much memory is left, so that what does not fit is refused before it is asked for: an allocation that fails would end the
 //! process, and on Linux one that does not fit succeeds and has the process killed later.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What the process may have resident; the largest number for no limit.
+static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
+
+/// From now on the process is to have no more than so many bytes resident.
+pub fn set_limit(bytes: u64) {
+    LIMIT.store(bytes, Ordering::Relaxed);
+}
+
+/// What [`set_limit`] said, if it was called.
+pub fn limit() -> Option<u64> {
+    Some(LIMIT.load(Ordering::Relaxed)).filter(|&bytes| bytes < u64::MAX)
+}
+
+/// Bytes of this process in memory now, from `/proc`; 0 where that is missing.
+pub fn resident() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status");
+    status.ok().and_then(|text| kibibytes(&text, "VmRSS:")).unwrap_or(0)
+}
+
 /// Bytes that this process may still allocate, as far as Linux tells: the least of what the machine, the process's control
-/// groups and its limit on address space leave. `None` where nothing is known.
+/// groups, its limit on address space and [`set_limit`] leave. `None` where nothing is known.
 pub fn available() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let status = read("/proc/self/status");
@@ -14,7 +35,8 @@ pub fn available() -> Option<u64> {
         })
         .zip(status.and_then(|text| kibibytes(&text, "VmSize:")))
         .map(|(limit, used)| limit.saturating_sub(used));
-    [machine, address_space, group(&read)].into_iter().flatten().min()
+    let own = limit().map(|limit| limit.saturating_sub(resident()));
+    [machine, address_space, group(&read), own].into_iter().flatten().min()
 }
 
 /// What the control groups (version 2, then version 1) leave.

@@ -1,5 +1,5 @@
 //! What the operating system gives and takes: files that are read whole and bounded, files that are written whole or not at all,
-//! and how much memory is left.
+//! how much memory is left, and what took it.
 
 pub mod clock;
 pub mod fault;
@@ -7,3 +7,6 @@ pub mod input;
 pub mod memory;
 pub mod output;
 pub mod plain_bytes;
+pub mod priority;
+pub mod taken;
+mod temporary;

@@ -1,4 +1,5 @@
-//! Files that appear whole or not at all: written under a temporary name in the same folder, flushed to the disk, renamed.
+//! Files that appear whole or not at all: written under a temporary name in the same folder, flushed to the disk, renamed. What a process that was killed left of the
+//! same file goes when it is written the next time (`temporary.rs`).
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -6,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
+
+use super::temporary;
 
 /// Files under a temporary name right now, for [`exit_at_once`].
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -95,16 +98,19 @@ impl Unfinished {
         if !folder.is_dir() {
             return Err(io::Error::new(io::ErrorKind::NotFound, format!("there is no folder {}", folder.display())));
         }
-        let unfinished = Self::within(folder)?;
+        let unfinished = Self::within(folder, target)?;
+        temporary::sweep(folder, target, &unfinished.name);
         if let (Ok(metadata), Some(file)) = (target.metadata(), &unfinished.file) {
             file.as_file().set_permissions(metadata.permissions())?;
         }
         Ok(unfinished)
     }
 
-    fn within(folder: &Path) -> io::Result<Self> {
+    /// In `folder`, on its way to `target`.
+    fn within(folder: &Path, target: &Path) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".lanternfish-");
+        let prefix = temporary::prefix(target);
+        builder.prefix(&prefix);
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         // Made and noted under one lock, so that it is known as long as it is there.
@@ -146,7 +152,7 @@ pub fn write_atomically(
     let fail = |e: &dyn std::fmt::Display| OutputError::new(path, e);
     match Target::of(path).map_err(|e| fail(&e))? {
         Target::Device => {
-            let mut unfinished = Unfinished::within(&std::env::temp_dir()).map_err(|e| fail(&e))?;
+            let mut unfinished = Unfinished::within(&std::env::temp_dir(), path).map_err(|e| fail(&e))?;
             write(unfinished.file()).map_err(|e| fail(&e))?;
             let copy = || -> io::Result<()> {
                 let mut written = File::open(&unfinished.name)?;

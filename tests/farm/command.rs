@@ -67,6 +67,7 @@ fn what_no_task_could_render_is_refused_before_anything_is_written() {
     ] {
         folder.run(&[&slurm[..], words].concat()).code(code).says(said);
     }
+    folder.run(&["farm", "openjd", "s.pbrt", "-o", "out.exr", "--", "--progress", "off"]).code(2).says("--progress");
     for scheduler in ["slurm", "openjd"] {
         folder.run(&["farm", scheduler, "none.pbrt", "-o", "out.exr"]).code(3).says("none.pbrt");
         folder.run(&["farm", scheduler, ".", "-o", "out.exr"]).code(3).says("directory");

@@ -87,6 +87,11 @@ impl Folder {
 
     /// The same with its own limits: KiB of address space, seconds of processor time.
     pub fn start_within(&self, arguments: &[&str], kib: u64, seconds: u32) -> Running {
+        self.start_by(&format!("ulimit -v {kib}; ulimit -t {seconds}; exec \"$@\""), arguments)
+    }
+
+    /// Starts the program in this folder by a script for `sh`, which finds the command as `"$@"`.
+    pub fn start_by(&self, script: &str, arguments: &[&str]) -> Running {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         // Beside the folder, so that its listing shows only what the program did.
@@ -94,7 +99,7 @@ impl Folder {
         let (out, err) = (beside("out"), beside("err"));
         let file = |path: &Path| Stdio::from(fs::File::create(path).expect("output is collected"));
         let child = Command::new("sh")
-            .args(["-c", &format!("ulimit -v {kib}; ulimit -t {seconds}; exec \"$@\""), "sh", PROGRAM])
+            .args(["-c", script, "sh", PROGRAM])
             .args(arguments)
             .current_dir(&self.0)
             .stdin(Stdio::null())

@@ -24,6 +24,7 @@ fn try_damaged(path: &Path, bytes: &[u8]) -> bool {
     std::fs::write(path, bytes).expect("written");
     let limits = Limits {
         memory: Some(2 << 30),
+        data: None,
         cpu: Some(Duration::from_secs(5)),
         wall: Some(Duration::from_secs(20)),
         values: true,

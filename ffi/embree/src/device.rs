@@ -24,12 +24,14 @@ impl Error {
 }
 
 /// What Embree's callbacks write to. It has a place of its own so that its address stays.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Monitor {
     /// The first error since the last [`Device::check`].
     error: Mutex<Option<Error>>,
     /// Bytes that Embree has allocated and not freed.
     bytes: AtomicI64,
+    /// How many of them there may be.
+    limit: AtomicI64,
 }
 
 /// Embree's library, configured.
@@ -55,7 +57,8 @@ impl Device {
             let code = unsafe { sys::rtcGetDeviceError(std::ptr::null_mut()) };
             return Err(Error::new(code, format!("no device: {}", code_name(code))));
         }
-        let monitor = Arc::new(Monitor::default());
+        let (bytes, limit) = (AtomicI64::new(0), AtomicI64::new(i64::MAX));
+        let monitor = Arc::new(Monitor { error: Mutex::new(None), bytes, limit });
         let user = Arc::as_ptr(&monitor).cast_mut().cast::<c_void>();
         // SAFETY: `user` points into the Arc that the device keeps until after rtcReleaseDevice (see Drop), and the callbacks
         // only share what it points to.
@@ -71,6 +74,11 @@ impl Device {
     /// Bytes that Embree holds for this device's scenes (its own allocations, not shared buffers).
     pub fn memory(&self) -> usize {
         usize::try_from(self.monitor.bytes.load(Ordering::Relaxed)).unwrap_or(0)
+    }
+
+    /// From now on no more than so many bytes are allocated for this device's scenes: what needs more is refused as being out of memory.
+    pub fn limit_memory(&self, bytes: usize) {
+        self.monitor.limit.store(i64::try_from(bytes).unwrap_or(i64::MAX), Ordering::Relaxed);
     }
 
     /// The first error reported since the last time this was asked.
@@ -117,9 +125,15 @@ unsafe extern "C" fn on_error(user: *mut c_void, code: sys::RTCError, text: *con
     error.get_or_insert_with(|| Error::new(code, format!("{}: {text}", code_name(code))));
 }
 
-unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> bool {
+unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, post: bool) -> bool {
     // SAFETY: as in on_error.
     let monitor = unsafe { &*user.cast::<Monitor>() };
-    monitor.bytes.fetch_add(bytes as i64, Ordering::Relaxed);
-    true
+    let bytes = bytes as i64;
+    let sum = monitor.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
+    // Embree gives up what it has not allocated yet; of what it has allocated (`post`) it would lose track.
+    let is_refused = bytes > 0 && !post && sum > monitor.limit.load(Ordering::Relaxed);
+    if is_refused {
+        monitor.bytes.fetch_sub(bytes, Ordering::Relaxed);
+    }
+    !is_refused
 }

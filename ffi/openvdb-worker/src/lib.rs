@@ -2,8 +2,8 @@
 //! says how the two talk, with one of
 //!
 //! ```text
-//! lanternfish-vdb read MEMORY CPU-SECONDS VALUES(0|1) FILE
-//! lanternfish-vdb write MEMORY CPU-SECONDS COMPRESSION(0|1|2) FILE
+//! lanternfish-vdb read MEMORY DATA CPU-SECONDS VALUES(0|1) FILE
+//! lanternfish-vdb write MEMORY DATA CPU-SECONDS COMPRESSION(0|1|2) FILE
 //! ```
 //!
 //! OpenVDB trusts what it reads: damage inside a compressed block corrupts the heap, hangs or aborts. That is why this is a
@@ -31,6 +31,8 @@ struct Job {
     write: bool,
     /// Address space in bytes.
     memory: u64,
+    /// Bytes of it that may be written to.
+    data: u64,
     cpu_seconds: u64,
     /// Whether values are wanted; how to compress.
     option: u64,
@@ -45,9 +47,9 @@ impl Job {
             _ => return None,
         };
         let mut number = || arguments.next()?.to_str()?.parse().ok();
-        let (memory, cpu_seconds, option) = (number()?, number()?, number()?);
+        let (memory, data, cpu_seconds, option) = (number()?, number()?, number()?, number()?);
         let path = arguments.next()?.into();
-        arguments.next().is_none().then_some(Self { write, memory, cpu_seconds, option, path })
+        arguments.next().is_none().then_some(Self { write, memory, data, cpu_seconds, option, path })
     }
 }
 
@@ -97,6 +99,7 @@ fn work(job: &Job) -> io::Result<()> {
     out.flush()?;
     limit(libc::RLIMIT_CORE, 0, 0);
     limit(libc::RLIMIT_AS, job.memory, job.memory);
+    limit(libc::RLIMIT_DATA, job.data, job.data);
     // At the first a signal that tells why, at the second the end.
     limit(libc::RLIMIT_CPU, job.cpu_seconds, job.cpu_seconds.saturating_add(5));
     let done = if job.write {

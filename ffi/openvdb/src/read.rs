@@ -75,14 +75,19 @@ pub fn read_vdb(path: &Path, limits: &Limits) -> Result<Vec<VdbGrid>, VdbError> 
 
 fn read_with(program: &Path, path: &Path, length: u64, limits: &Limits) -> Result<Vec<VdbGrid>, VdbError> {
     let (memory, cpu, wall) = limits.resolve(length);
-    let numbers = [memory, cpu.as_secs().max(1), u64::from(limits.values)];
+    let data = limits.data.unwrap_or(memory);
+    let numbers = [memory, data, cpu.as_secs().max(1), u64::from(limits.values)];
     let mut arguments = vec![OsString::from("read")];
     arguments.extend(numbers.map(|n| n.to_string().into()));
     arguments.push(path.into());
-    let job = Job { program, arguments, input: false, budget: memory, wall };
+    let job = Job { program, arguments, input: false, budget: memory.min(data), wall };
     let mut grids = job.run(|_, output| receive_all(output)).map_err(|failure| {
         let damaged = |reason: String| VdbError::Damaged { path: path.into(), reason };
         let limit = |reason: String| VdbError::Limit { path: path.into(), reason };
+        // Not all of OpenVDB bears being refused memory: where there is little, that is what it most likely broke on.
+        let is_short = limits.data.is_some_and(|data| data < memory);
+        let ended =
+            |how: &str| format!("the reader {how}, most likely for lack of memory: it may have {} MiB", data >> 20);
         match failure {
             Failure::Program(reason) => VdbError::Reader { program: program.into(), reason },
             Failure::Refused { letter: 'L', reason } => limit(reason),
@@ -92,9 +97,11 @@ fn read_with(program: &Path, path: &Path, length: u64, limits: &Limits) -> Resul
             Failure::Late => damaged(format!("the reader did not finish within {} s", wall.as_secs_f32())),
             Failure::OutOfTime => damaged(format!("the reader ran for over {} s", cpu.as_secs())),
             Failure::Killed => limit("the system ended the reader, most likely for lack of memory".into()),
+            Failure::Crashed(_) if is_short => limit(ended("crashed")),
+            Failure::Broken if is_short => limit(ended("broke off")),
             Failure::Crashed(signal) => damaged(format!("the reader crashed with signal {signal}")),
             Failure::Broken => damaged("the reader broke off".into()),
-            Failure::TooMuch => limit(format!("its grids take more than {} MiB", memory >> 20)),
+            Failure::TooMuch => limit(format!("its grids take more than {} MiB", memory.min(data) >> 20)),
             Failure::Memory => limit("there is not enough memory for its grids".into()),
         }
     })?;

@@ -59,6 +59,8 @@ pub enum VdbError {
 pub struct Limits {
     /// Address space in bytes; `None` derives it from the file's size.
     pub memory: Option<u64>,
+    /// Memory in bytes that may be written to (resident or not), and what all grids may take; `None` for no other limit than `memory`.
+    pub data: Option<u64>,
     /// Processor time; `None` derives it from the file's size.
     pub cpu: Option<Duration>,
     /// Wall-clock time; `None` derives it from the file's size.
@@ -69,7 +71,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { memory: None, cpu: None, wall: None, values: true }
+        Self { memory: None, data: None, cpu: None, wall: None, values: true }
     }
 }
 

@@ -27,6 +27,7 @@ use super::shape::{Shape, ShapeKind};
 use super::trace::put_in_order;
 use super::trace::{Opacity, TraceError};
 use super::{BoundaryCrossing, Geometry, Ray, RayHit};
+use crate::system::memory;
 
 /// Acceleration structures in Embree.
 pub struct EmbreeTracer {
@@ -88,6 +89,10 @@ impl EmbreeTracer {
     /// What Embree said: out of memory, an unsupported CPU, vertex numbers out of range.
     pub fn build(geometry: Arc<Geometry>, opacity: Option<Arc<dyn Opacity>>) -> Result<Self, TraceError> {
         let device = Device::new(rayon::current_num_threads())?;
+        if memory::limit().is_some() {
+            let left = memory::available().unwrap_or(u64::MAX);
+            device.limit_memory(usize::try_from(left).unwrap_or(usize::MAX));
+        }
         let scales = Scales::new(&geometry);
         let opaque = Structure::build(&device, &geometry, opacity.as_ref(), &scales, false)?;
         let boundaries = match geometry.bounds_of(|shape| shape.is_boundary) {

@@ -50,7 +50,11 @@ impl Builder<'_> {
             return Ok(Colours { width: 1, height: 1, pixels: vec![[1.0, 0.0, 1.0]] });
         }
         let image = read_image(&path, Encoding::Auto).map_err(|error| {
-            SceneError::at(params.span, SceneErrorKind::File { path: error.path, reason: error.reason })
+            let kind = match error.is_limit {
+                true => SceneErrorKind::Limit(error.to_string()),
+                false => SceneErrorKind::File { path: error.path, reason: error.reason },
+            };
+            SceneError::at(params.span, kind)
         })?;
         // The triples, and what they are chosen by.
         let needed = (image.width * image.height) as u64 * BYTES_A_PIXEL;

@@ -48,6 +48,8 @@ pub struct TileCacheStatistics {
 pub struct TileCache {
     tiles: Cache<TileKey, Arc<Texels>, Weight>,
     limit: u64,
+    /// However little memory is left, so many bytes of tiles are held.
+    least: u64,
     held: AtomicU64,
     lookups: AtomicU64,
     reads: AtomicU64,
@@ -92,7 +94,8 @@ impl TileCache {
             .build();
         let options = options.expect("all that must be stated is");
         let tiles = Cache::with_options(options, Weight, DefaultHashBuilder::default(), Default::default());
-        Self { tiles, limit, held: AtomicU64::new(0), lookups: AtomicU64::new(0), reads: AtomicU64::new(0) }
+        let least = 8 * threads as u64 * largest;
+        Self { tiles, limit, least, held: AtomicU64::new(0), lookups: AtomicU64::new(0), reads: AtomicU64::new(0) }
     }
 
     /// Looks at a tile, which `read` reads where nobody holds it.
@@ -133,6 +136,14 @@ impl TileCache {
         });
         self.held.fetch_max(self.tiles.weight(), Ordering::Relaxed);
         tile
+    }
+
+    /// Lets tiles go that take so many bytes, but no more than leaves a few, and holds that many less from now on. Returns how many went.
+    pub fn shed(&self, bytes: u64) -> u64 {
+        let before = self.tiles.weight();
+        let fewest = self.least.min(self.tiles.capacity());
+        self.tiles.set_capacity(before.saturating_sub(bytes).max(fewest));
+        before.saturating_sub(self.tiles.weight())
     }
 
     /// What was done so far.
@@ -176,6 +187,26 @@ mod tests {
         // 800 kB pass three times through 100 that are shared: most tiles are gone when their turn comes.
         assert!((300..=600).contains(&reads), "{reads}");
         assert!((hit_rate - (1.0 - reads as f64 / lookups as f64)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn tiles_make_way_and_come_back() {
+        let cache = TileCache::new(4 << 20, 4096, 1);
+        let look = |tile: u32| {
+            let key = TileKey { map: u32::MAX - 9, tile };
+            let read = || Ok(Texels::Bytes(vec![tile as u8; 4096].into()));
+            assert_eq!(cache.with(key, read, |texels| texels.as_bytes()[0]).expect("it can be read"), tile as u8);
+        };
+        (0..200).for_each(look);
+        let held = cache.tiles.weight();
+        assert!(held > 200 * 4096);
+        let gone = cache.shed(held / 2);
+        assert!(gone >= held / 2 && cache.tiles.weight() == held - gone, "{gone} of {held}");
+        (0..200).for_each(look);
+        assert!(cache.tiles.weight() <= held - held / 2, "{}", cache.tiles.weight());
+        cache.shed(u64::MAX);
+        assert!(cache.tiles.weight() <= 8 * (4096 + OVERHEAD));
+        (0..200).for_each(look);
     }
 
     #[test]

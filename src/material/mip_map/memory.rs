@@ -4,14 +4,17 @@
 //! tiles on disk, and the tiles looked at of late are held.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
+use bytesize::ByteSize;
+
 use super::MipMap;
 use super::cache::{TileCache, TileCacheStatistics};
 use crate::scene::{SceneError, SceneErrorKind, Span, Warnings};
+use crate::system::memory;
 
 /// Images that are cut into tiles have this part of the memory, tiles that are held have the rest.
 const CUTTING: u64 = 4;
@@ -54,6 +57,15 @@ pub enum Fault {
         /// How many.
         count: usize,
     },
+    /// The process's limit on memory leaves too little to read it.
+    NoMemory {
+        /// The image.
+        path: PathBuf,
+        /// Where the scene names it.
+        span: Span,
+        /// What reading it takes, in bytes.
+        bytes: u64,
+    },
     /// Its tiles cannot be written.
     NoRoom {
         /// The image.
@@ -69,6 +81,8 @@ pub enum Fault {
 #[derive(Debug)]
 pub struct TextureMemory {
     settings: TextureSettings,
+    /// Bytes that images may take: those of the settings, or less where the process has less.
+    limit: AtomicU64,
     /// Whether any fault ends the render.
     strict: bool,
     /// There once it is known that not everything fits.
@@ -98,6 +112,7 @@ impl TextureMemory {
     /// Nothing is known of the images yet.
     pub fn new(settings: TextureSettings, strict: bool) -> Self {
         Self {
+            limit: AtomicU64::new(settings.limit),
             settings,
             strict,
             cache: OnceLock::new(),
@@ -123,11 +138,47 @@ impl TextureMemory {
         self.cache().map(TileCache::statistics)
     }
 
+    fn limit(&self) -> u64 {
+        self.limit.load(Ordering::Relaxed)
+    }
+
+    /// What part of its memory images that are cut into tiles may have.
+    fn cutting_limit(&self) -> u64 {
+        self.limit() / CUTTING
+    }
+
+    /// What was asked for.
+    pub fn asked(&self) -> u64 {
+        self.settings.limit
+    }
+
+    /// The process leaves images no more than so many bytes. To be called before [`Self::settle`].
+    pub fn fit<'a>(&self, bytes: u64, images: impl Iterator<Item = &'a MipMap>, warnings: &mut Warnings) {
+        let asked = self.limit.fetch_min(bytes, Ordering::Relaxed);
+        let whole: u64 = images.map(MipMap::whole).sum();
+        if bytes < asked && bytes < whole {
+            let (bytes, asked) = (ByteSize(bytes), ByteSize(asked));
+            warnings.add(None, format!("images on surfaces have {bytes} of memory in place of {asked} (--texture-memory): --memory-limit leaves no more to them"));
+        }
+    }
+
+    /// Whether the process's limit leaves so many bytes, if tiles make way. What was given back may be counted as taken for a while: so a tenth more is allowed.
+    pub(super) fn has_left(&self, bytes: u64) -> bool {
+        let Some(limit) = memory::limit() else { return true };
+        let left = limit.saturating_sub(memory::resident());
+        left >= bytes || left + self.shed(bytes - left) + limit / 10 >= bytes
+    }
+
+    /// Lets tiles go that take so many bytes, as far as there are so many, and holds that many less from now on. Returns how many went.
+    pub fn shed(&self, bytes: u64) -> u64 {
+        self.cache().map_or(0, |cache| cache.shed(bytes))
+    }
+
     /// Waits until there is room to cut an image into tiles that takes so many bytes meanwhile; one that is too large for the room
     /// that there is waits until nobody else is at it.
     pub(super) fn room(&self, bytes: u64) -> Room<'_> {
         let mut cutting = self.cutting();
-        while *cutting > 0 && *cutting + bytes > self.settings.limit / CUTTING {
+        while *cutting > 0 && *cutting + bytes > self.cutting_limit() {
             cutting = self.given_back.wait(cutting).unwrap_or_else(PoisonError::into_inner);
         }
         *cutting += bytes;
@@ -140,7 +191,7 @@ impl TextureMemory {
 
     /// Notes a fault, once for each image.
     pub(super) fn note(&self, fault: Fault) {
-        if self.strict || matches!(fault, Fault::NoRoom { .. }) {
+        if self.strict || matches!(fault, Fault::NoRoom { .. } | Fault::NoMemory { .. }) {
             self.has_failed.store(true, Ordering::Relaxed);
         }
         let mut faults = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
@@ -159,7 +210,7 @@ impl TextureMemory {
     pub fn settle<'a>(&self, images: impl Iterator<Item = &'a MipMap>) {
         let images: Vec<&MipMap> = images.collect();
         let whole: u64 = images.iter().map(|image| image.whole()).sum();
-        if whole <= self.settings.limit {
+        if whole <= self.limit() {
             images.par_iter().for_each(|image| {
                 image.view();
             });
@@ -167,15 +218,14 @@ impl TextureMemory {
         }
         let resident: u64 = images.iter().map(|image| image.resident() as u64).sum();
         let largest = images.iter().map(|image| image.largest_tile()).max().unwrap_or(0);
-        let cutting = self.settings.limit / CUTTING;
-        let limit = self.settings.limit.saturating_sub(resident + cutting);
+        let limit = self.limit().saturating_sub(resident + self.cutting_limit());
         let _ = self.cache.set(TileCache::new(limit, largest, rayon::current_num_threads()));
     }
 
     /// Takes down what went wrong so far as warnings.
     ///
     /// # Errors
-    /// `System` where tiles could not be written, and under `strict` the first fault of any kind.
+    /// `System` where tiles could not be written, `Limit` where an image could not be read for lack of memory, and under `strict` the first fault of any kind.
     pub fn report(&self, warnings: &mut Warnings) -> Result<(), Box<SceneError>> {
         let mut faults = std::mem::take(&mut *self.faults.lock().unwrap_or_else(PoisonError::into_inner));
         // They come in the order of threads.
@@ -186,6 +236,14 @@ impl TextureMemory {
                     let message =
                         format!("the tiles of {} cannot be written to {}: {reason}", path.display(), folder.display());
                     return Err(SceneError::new(SceneErrorKind::System(message)).help("--texture-cache names a folder with room, --texture-memory says how much memory images may take"));
+                }
+                Fault::NoMemory { path, span, bytes } => {
+                    let message = format!(
+                        "reading {} takes about {} of memory, more than is left",
+                        path.display(),
+                        ByteSize(bytes)
+                    );
+                    return Err(SceneError::at(span, SceneErrorKind::Limit(message)));
                 }
                 Fault::Unreadable { path, span, reason, .. } if self.strict => {
                     return Err(SceneError::at(span, SceneErrorKind::File { path, reason }));
@@ -208,7 +266,10 @@ impl TextureMemory {
 
 impl Fault {
     fn path(&self) -> &Path {
-        let (Self::Unreadable { path, .. } | Self::NotFinite { path, .. } | Self::NoRoom { path, .. }) = self;
+        let (Self::Unreadable { path, .. }
+        | Self::NotFinite { path, .. }
+        | Self::NoMemory { path, .. }
+        | Self::NoRoom { path, .. }) = self;
         path
     }
 }

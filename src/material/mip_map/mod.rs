@@ -173,7 +173,12 @@ impl MipMap {
         }
         // The image as it was read, and as much again for what is made of it.
         let _room = on_demand.then(|| self.memory.room(2 * self.whole()));
-        let mut image = read_stored(&self.path).map_err(|error| self.unreadable(error.reason))?;
+        let exhausted = || Fault::NoMemory { path: self.path.clone(), span: self.span, bytes: 2 * self.whole() };
+        if on_demand && !self.memory.has_left(2 * self.whole()) {
+            return Err(exhausted());
+        }
+        let mut image = read_stored(&self.path)
+            .map_err(|error| if error.is_limit { exhausted() } else { self.unreadable(error.reason) })?;
         if (image.width, image.height) != (self.width(), self.height()) {
             return Err(self.unreadable("it has changed while it was in use".to_owned()));
         }

@@ -80,18 +80,24 @@ mod reading {
     use crate::medium::grid::map::{Frustum, IndexMap};
     use crate::medium::grid::sparse::{SparseGrid, TileOf, Voxel};
     use crate::medium::grid::velocity::{Component, ComponentGrid, Velocity, VelocityGrid, centred};
-    use crate::system::memory::available;
+    use crate::system::memory::{available, limit};
 
     /// What the worker gets even where little memory is left: most of it is only reserved.
     const LEAST_ADDRESS_SPACE: u64 = 2 << 30;
+
+    /// And what it may write to, however little there is: stacks of threads and the libraries' own take some 40 MB of it, most of that only reserved.
+    const LEAST_DATA: u64 = 64 << 20;
 
     /// Reads a file in the worker process.
     pub fn read(path: &Path) -> Result<Vec<VdbGrid>, SceneErrorKind> {
         let length = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
         let (allowed, ..) = Limits::default().resolve(length);
         // No more than is left; but libraries alone need address space.
-        let memory = available().map(|left| allowed.min(left.max(LEAST_ADDRESS_SPACE)));
-        read_vdb(path, &Limits { memory, ..Limits::default() }).map_err(|error| match error {
+        let left = available();
+        let memory = left.map(|left| allowed.min(left.max(LEAST_ADDRESS_SPACE)));
+        // Under a limit of this process's own the worker may have half of what is left: what it sends is here as well.
+        let data = left.filter(|_| limit().is_some()).map(|left| (left / 2).max(LEAST_DATA));
+        read_vdb(path, &Limits { memory, data, ..Limits::default() }).map_err(|error| match error {
             VdbError::Limit { .. } => SceneErrorKind::Limit(error.to_string()),
             VdbError::Io { .. } | VdbError::Damaged { .. } => {
                 let text = error.to_string();

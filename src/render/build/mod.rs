@@ -14,10 +14,12 @@ pub use self::cache::CacheBuilder;
 use self::geometry::GeometryBuilder;
 use self::media::MediaBuilder;
 use super::RenderError;
+use super::memory;
 use super::regions::camera_regions;
 use super::settings::{LightSelection, RenderSettings, VolumeLights, VolumeSampling};
 use super::timing::Timings;
 use crate::cache_points::CachePoints;
+use crate::film::FilmSettings;
 use crate::geometry::{Backend, Tracer};
 use crate::integrator::in_scatter::equi_angular::EquiAngular;
 use crate::integrator::{LightChoice, World};
@@ -29,6 +31,7 @@ use crate::material::Materials;
 use crate::math::transform::RenderSpace;
 use crate::medium::{Medium, MediumId};
 use crate::scene::{SceneDescription, Warnings};
+use crate::system::taken;
 
 /// Up to this many lights, `auto` asks every light at every vertex: it costs little more than a look-up, and nothing to build. In the
 /// scene `pier` (777 lights, 240 × 135 pixels, 16 spp, four candidates) both take about the same processor time for the same error, building
@@ -54,32 +57,38 @@ pub fn light_candidates(choice: &LightChoice, wanted: LightSelection) -> u32 {
     }
 }
 
-/// Builds the world of `scene` for `settings`, whose lights nobody chooses yet. `timings` receives the seconds of each step.
+/// Builds the world of `scene` for `settings`, whose lights nobody chooses yet. `timings` receives the seconds of each step. `film` is what is to be held besides.
 pub fn build_world(
     scene: &SceneDescription,
     settings: &RenderSettings,
+    film: &FilmSettings,
     backend: Backend,
     timings: &mut Timings,
     warnings: &mut Warnings,
 ) -> Result<World, RenderError> {
     let space = RenderSpace { origin: scene.camera_position() };
 
+    taken::begin("volumes");
     let start = Instant::now();
     let mut materials = Materials::build(scene, settings.textures.clone(), settings.strict, warnings)?;
     let mut links = LinkRequests::default();
     let media = MediaBuilder::build(scene, &materials, &space, &mut links, settings.strict, warnings)?;
     timings.volumes_and_textures = start.elapsed().as_secs_f64();
 
+    taken::begin("geometry");
     let start = Instant::now();
     let mut builder = GeometryBuilder::new(scene, space, &media, &mut materials, &mut links, settings.strict, warnings);
     builder.build()?;
     let (geometry, emitters, invisible) = (Arc::new(builder.out), builder.emitters, builder.invisible);
     timings.geometry_load = start.elapsed().as_secs_f64();
 
+    taken::begin("textures");
     let start = Instant::now();
+    materials.fit_images(|asked| memory::for_textures(asked, film, &geometry), warnings);
     materials.settle_images(warnings)?;
     timings.volumes_and_textures += start.elapsed().as_secs_f64();
 
+    taken::begin("acceleration structure");
     let start = Instant::now();
     let materials = Arc::new(materials);
     let has_opacity = geometry.shapes.iter().any(|shape| shape.has_opacity());
@@ -87,6 +96,7 @@ pub fn build_world(
     let tracer = Tracer::build(geometry.clone(), opacity, backend)?;
     timings.geometry_build = start.elapsed().as_secs_f64();
 
+    taken::begin("lights");
     let start = Instant::now();
     let mut lights = Lights::build(scene, &geometry, &space, &emitters, &links, settings.strict, warnings)?;
     if settings.volume_lights == VolumeLights::Auto {

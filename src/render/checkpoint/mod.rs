@@ -17,6 +17,7 @@ pub(super) use state::{KeptRef, OpenPass};
 
 use super::identity::Identity;
 use super::state_file::{self, Fault, Magic};
+use crate::system::memory;
 use crate::system::output::OutputError;
 
 /// What checkpoints begin with; the digit is the version.
@@ -129,12 +130,17 @@ impl<'a> Keeper<'a> {
             }
     }
 
-    /// Copies out what there is and begins to write it. Waits for the one before.
+    /// Copies out what there is and begins to write it. Waits for the one before. Where a limit on memory leaves no room for the copy it is written at once, and
+    /// the render waits.
     pub(super) fn keep(&self, state: &KeptRef<'_>) {
         self.asked.store(false, Ordering::Relaxed);
         let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
         writer.join();
         let (path, identity) = (self.path.clone(), self.identity.clone());
+        if !has_room_for_copy(state) {
+            writer.failed = state_file::write_in_place(&path, MAGIC, &identity, |out| state.write_to(out)).err();
+            return;
+        }
         let body = match state.to_bytes() {
             Ok(body) => body,
             Err(reason) => {
@@ -160,6 +166,15 @@ impl<'a> Keeper<'a> {
         let _ = self.settle();
         let _ = std::fs::remove_file(&self.path);
     }
+}
+
+/// Whether the limit on the memory of the process, if it has one, leaves room for a copy of the state, which is made in a list that doubles as it grows.
+fn has_room_for_copy(state: &KeptRef<'_>) -> bool {
+    memory::limit().is_none()
+        || match (memory::available(), state_file::length(|out| state.write_to(out))) {
+            (Some(left), Ok(length)) => 3 * length < left,
+            _ => true,
+        }
 }
 
 impl Writer {

@@ -73,6 +73,14 @@ impl KeptRef<'_> {
     pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
         postcard::to_stdvec(self).map_err(|error| error.to_string())
     }
+
+    /// The same bytes, to where they go.
+    ///
+    /// # Errors
+    /// What that says.
+    pub fn write_to(&self, out: &mut dyn std::io::Write) -> Result<(), String> {
+        postcard::to_io(self, out).map(drop).map_err(|error| error.to_string())
+    }
 }
 
 impl Kept {

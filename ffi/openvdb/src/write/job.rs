@@ -46,7 +46,7 @@ pub(super) fn write_with(
     let bytes = bytes(&grids);
     let (memory, seconds) = ((4u64 << 30).saturating_add(bytes.saturating_mul(8)), 60 + bytes / 1_000_000);
     let mut arguments = vec![OsString::from("write")];
-    arguments.extend([memory, seconds, compression].map(|n| n.to_string().into()));
+    arguments.extend([memory, memory, seconds, compression].map(|n| n.to_string().into()));
     arguments.push(path.into());
     let wall = Duration::from_secs(60 + 4 * seconds);
     let job = Job { program, arguments, input: true, budget: ANSWER_BYTES, wall };

@@ -1,0 +1,98 @@
+//! Holding `--memory-limit` while a render goes on: a thread looks now and then at what the process has in memory. Where that is above the limit tiles of textures make
+//! way; where it is by more than a tenth, twice in a row, the render stops as an interrupt stops it, and before rendering, when there is nothing to keep, the process ends.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::Duration;
+
+use super::ExitStatus;
+use super::interrupt::Interrupts;
+use crate::material::Materials;
+use crate::render::{ExhaustedMemory, RenderError};
+use crate::system::memory;
+use crate::system::output::exit_at_once;
+
+/// From look to look while rendering, and before, when memory fills faster.
+const PAUSE: Duration = Duration::from_millis(250);
+const SHORT_PAUSE: Duration = Duration::from_millis(50);
+
+/// Looks in a row that find too much, before something is done about it: memory that was given back may be counted for a moment.
+const PATIENCE: u32 = 2;
+
+/// What the thread and the render share.
+#[derive(Default)]
+pub struct MemoryGuard {
+    /// What textures are held by, while there is a render to stop.
+    rendered: Mutex<Option<Weak<Materials>>>,
+    /// Whether the render was stopped for lack of memory, and what took it then.
+    stopped: Mutex<Option<ExhaustedMemory>>,
+    /// Nobody looks any more.
+    over: AtomicBool,
+}
+
+impl MemoryGuard {
+    /// Watches from now on, where there is a limit, until it is dropped. `fail` tells why the process ends, where it does.
+    pub fn watch(interrupts: &Arc<Interrupts>, fail: impl Fn(&RenderError) + Send + 'static) -> Guarded {
+        let guard = Arc::new(Self::default());
+        if let Some(limit) = memory::limit() {
+            let (guard, interrupts) = (guard.clone(), interrupts.clone());
+            std::thread::spawn(move || guard.look(limit, &interrupts, &fail));
+        }
+        Guarded(guard)
+    }
+
+    fn rendered(&self) -> Option<Weak<Materials>> {
+        self.rendered.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn look(&self, limit: u64, interrupts: &Interrupts, fail: &dyn Fn(&RenderError)) {
+        let mut too_many = 0;
+        while !self.over.load(Ordering::Relaxed) {
+            std::thread::sleep(if self.rendered().is_some() { PAUSE } else { SHORT_PAUSE });
+            let (resident, rendered) = (memory::resident(), self.rendered());
+            if resident > limit
+                && let Some(materials) = rendered.as_ref().and_then(Weak::upgrade)
+            {
+                materials.shed_images(resident - limit);
+            }
+            too_many = if resident > limit + limit / 10 { too_many + 1 } else { 0 };
+            if too_many < PATIENCE {
+                continue;
+            }
+            let mut stopped = self.stopped.lock().unwrap_or_else(PoisonError::into_inner);
+            if rendered.is_some() {
+                stopped.get_or_insert_with(ExhaustedMemory::now);
+                interrupts.stop.store(true, Ordering::Relaxed);
+            } else if !self.over.load(Ordering::Relaxed) {
+                fail(&ExhaustedMemory::now().into());
+                exit_at_once(ExitStatus::Limit as i32);
+            }
+        }
+    }
+}
+
+/// A render that is watched.
+pub struct Guarded(Arc<MemoryGuard>);
+
+impl Guarded {
+    /// Rendering begins: from now on there is something to keep. Textures may make way.
+    pub fn rendering_begins(&self, materials: &Arc<Materials>) {
+        *self.0.rendered.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::downgrade(materials));
+    }
+
+    /// The next frame is made ready: there is nothing to keep.
+    pub fn preparing_begins(&self) {
+        *self.0.rendered.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// Why the render was stopped, if it was for lack of memory.
+    pub fn stopped(&self) -> Option<ExhaustedMemory> {
+        self.0.stopped.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+impl Drop for Guarded {
+    fn drop(&mut self) {
+        self.0.over.store(true, Ordering::Relaxed);
+    }
+}
