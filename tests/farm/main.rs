@@ -68,8 +68,15 @@ fn process_with(word: &str) -> Option<u32> {
     })
 }
 
-/// Kills a process: nothing of it is asked.
-fn kill(process: u32) {
-    let status = Command::new("sh").args(["-c", &format!("kill -KILL {process}")]).status();
+/// The process that has started another.
+fn parent(process: u32) -> u32 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("it is there");
+    let number = status.lines().find_map(|line| line.strip_prefix("PPid:")?.trim().parse().ok());
+    number.expect("every process has one")
+}
+
+/// Sends a signal to a process.
+fn signal(process: u32, name: &str) {
+    let status = Command::new("sh").args(["-c", &format!("kill -{name} {process}")]).status();
     assert!(status.expect("sh is there").success());
 }

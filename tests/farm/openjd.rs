@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use crate::program::Folder;
-use crate::{find, kill, lanternfish, pixels, process_with, scene, wait};
+use crate::{find, lanternfish, pixels, process_with, scene, signal, wait};
 
 /// The program `openjd`: of the folder that LANTERNFISH_OPENJD names, or on the path.
 fn openjd() -> Option<PathBuf> {
@@ -58,7 +58,7 @@ fn templates_are_valid() {
 fn a_task_that_is_killed_goes_on_when_it_is_run_again() {
     let Some(openjd) = openjd() else { return };
     let folder = Folder::new("openjd it's");
-    folder.write("s.01.pbrt", scene(512));
+    folder.write("s.01.pbrt", scene(384));
     let words = ["farm", "openjd", "s.##.pbrt", "-o", "out.###.exr", "--frames", "1..1", "--parts", "2"];
     folder.run(&[&words[..], &["--", "--checkpoint", "4i", "--threads", "2"]].concat()).code(0);
     let template = folder.path("out.farm/template.json");
@@ -86,7 +86,7 @@ fn a_task_that_is_killed_goes_on_when_it_is_run_again() {
     });
     let part = folder.path("parts/out.###.1-of-2.exr");
     if let Some(process) = process_with(part.to_str().expect("UTF-8")) {
-        kill(process);
+        signal(process, "KILL");
     }
     let (is_done, said) = end(first);
     assert!(!is_done && !folder.path("parts/out.001.1-of-2.exr").exists(), "{said}");

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
 use crate::program::PROGRAM;
-use crate::{find, kill, lanternfish, pixels, process_with, scene, wait};
+use crate::{find, lanternfish, parent, pixels, process_with, scene, signal, wait};
 
 /// Programs that it takes.
 const NEEDED: [&str; 6] = ["munged", "slurmctld", "slurmd", "sbatch", "scontrol", "scancel"];
@@ -167,7 +167,7 @@ fn jobs(said: &str) -> Vec<String> {
 }
 
 /// Samples a pixel of all parts together.
-const SAMPLES: u32 = 512;
+const SAMPLES: u32 = 1536;
 
 #[test]
 fn tasks_that_are_killed_stopped_and_requeued_change_nothing() {
@@ -192,10 +192,12 @@ fn tasks_that_are_killed_stopped_and_requeued_change_nothing() {
             checkpoint(k).exists().then_some(())
         })
     };
+    let rendering = |k: u32| process_with(part(k).to_str().expect("UTF-8")).expect("it is being rendered");
     is_under_way(1);
-    kill(process_with(part(1).to_str().expect("UTF-8")).expect("it is being rendered"));
+    signal(rendering(1), "KILL");
     is_under_way(2);
-    cluster.done("scancel", &["--batch", "--signal=USR1", &format!("{render}_1")]);
+    // As Slurm does it: the script of the task is told, and it alone.
+    signal(parent(rendering(2)), "USR1");
     is_under_way(3);
     cluster.done("scontrol", &["requeue", &format!("{render}_2")]);
 
