@@ -167,7 +167,7 @@ fn jobs(said: &str) -> Vec<String> {
 }
 
 /// Samples a pixel of all parts together.
-const SAMPLES: u32 = 1536;
+const SAMPLES: u32 = 768;
 
 #[test]
 fn tasks_that_are_killed_stopped_and_requeued_change_nothing() {
