@@ -142,6 +142,11 @@ fn render(
         let seed = settings.seed.unwrap_or(job.scene_seed);
         let budget = if settings.budget == Budget::Scene { Budget::Samples(job.scene_spp) } else { settings.budget };
         let identity = Identity::new(sources, &inputs, settings, budget, seed, &job.world.tracer.name());
+        let points = job.world.light_choice.cache_points();
+        let identity = match points.and_then(|points| memory::few_candidates(points.statistics(), settings.cache)) {
+            Some(few) => identity.and("the candidates for cache points that --memory-limit leaves", few),
+            None => identity,
+        };
         let from = go_on_from(&arguments.checkpoints, &kept, &identity)?;
         let keeper = keeps.map(|interval| Keeper::new(kept, identity, interval, &interrupts.keep));
         let listener = progress::listener(shown, settings.quiet);

@@ -193,13 +193,12 @@ impl Job {
         } else {
             taken::begin("cache points");
             let start = Instant::now();
-            let cache = memory::for_cache_points(settings.cache);
             let builder = build::CacheBuilder {
                 camera: &camera,
                 film: &film,
                 path: &path,
                 seed: settings.seed.unwrap_or(scene_seed),
-                settings: cache,
+                settings: memory::for_cache_points(settings.cache),
                 texture_share,
                 on_camera_rays: choice.in_scatter && choice.selector.is_some(),
             };
@@ -207,8 +206,8 @@ impl Job {
                 world.equi_angular = Some(EquiAngular::new(&world.lights, world.extent));
             }
             let points = if choice.has_points() { builder.build(&world) } else { None };
-            if let (Some(points), true) = (&points, cache != settings.cache) {
-                memory::warn_few_candidates(points.statistics(), cache, warnings);
+            if let Some(points) = &points {
+                memory::warn_few_candidates(points.statistics(), settings.cache, warnings);
             }
             build::choose_lights(&mut world, &choice, points, settings, warnings);
             timings.cache_points = start.elapsed().as_secs_f64();

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::material::mip_map::memory::TextureSettings;
-use crate::render::memory::for_cache_points;
 use crate::render::{Budget, RenderSettings};
 use crate::scene::Sources;
 
@@ -45,7 +44,6 @@ impl Identity {
             seed: None,
             budget,
             textures: TextureSettings::default(),
-            cache: for_cache_points(settings.cache),
             ..settings.clone()
         };
         add("the options", format!("{settings:?}"));
@@ -56,6 +54,13 @@ impl Identity {
             add(&format!("the file {}", path.display()), state(path));
         }
         Self(list)
+    }
+
+    /// The same render, of which this is to be told as well.
+    #[must_use]
+    pub fn and(mut self, name: &str, value: impl ToString) -> Self {
+        self.0.push((name.to_owned(), value.to_string()));
+        self
     }
 
     /// What differs, in words; `None` where nothing does.
