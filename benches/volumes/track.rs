@@ -10,7 +10,8 @@ pub type Track = fn(&World, &Ray, &mut Stream, &mut Scratch) -> f32;
 
 /// Delta tracking: 1 where nothing scatters.
 pub fn flight(world: &World, ray: &Ray, stream: &mut Stream, scratch: &mut Scratch) -> f32 {
-    let mut path = PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: None, links: None };
+    let mut path =
+        PathState { weight: PathWeight::START, regions: world.camera_regions.clone(), hero: None, links: None };
     let vertex = sample_flight(world, ray, &mut path, true, stream, scratch, |weight, _, emission, _| {
         std::hint::black_box(weight.alone() * emission);
     });
