@@ -161,6 +161,7 @@ fn render(
         };
         Ok::<_, RenderError>((job, outcome, seed, output, keeper, cpu_seconds() - before))
     })?;
+    guard.writing_begins();
     let mut late = Warnings::default();
     job.world.materials.report_images(&mut late)?;
     if !settings.quiet {
