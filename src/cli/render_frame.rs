@@ -105,6 +105,7 @@ impl Studio<'_> {
             None => Ok(job.render(seed, budget, &interrupts.stop, *listener)),
         })?;
         let cpu_seconds_rendering = cpu_seconds() - before;
+        guard.writing_begins();
 
         let mut late = Warnings::default();
         job.world.materials.report_images(&mut late)?;

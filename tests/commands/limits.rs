@@ -56,7 +56,7 @@ fn what_does_not_fit_is_told_with_what_took_it() {
     let said = run.says("--memory-limit").says("MiB").err;
     assert!(said.contains("geometry") || said.contains("acceleration structure"), "{said}");
     assert!(!folder.listing().contains_key("out.exr"));
-    for wrong in ["0", "much", "-1G"] {
+    for wrong in ["0", "much", "1 parsec"] {
         folder.run(&[&render[..], &["--memory-limit", wrong]].concat()).code(2).says("--memory-limit");
     }
 }
@@ -112,19 +112,19 @@ fn checkpoints_take_no_copy_under_a_limit() {
         "\"integer xresolution\" 400 \"integer yresolution\" 300",
     );
     folder.write("s.pbrt", large);
-    let whole = ["render", "s.pbrt", "-o", "whole.exr", "--spp", "4", "--checkpoint", "off", "--stats", "s.json"];
+    let whole = ["render", "s.pbrt", "-o", "whole.exr", "--spp", "4", "--checkpoint", "off"];
     folder.run(&whole).code(0);
-    // There is room for the image, and for little else.
-    let limit = (peak(&folder) + (4 << 20)).to_string() + "B";
-    let render = ["render", "s.pbrt", "-o", "out.exr", "--spp", "4", "--checkpoint", "1i", "--memory-limit", &limit];
+    // There is room for the image (some 50 MB as it is held), but not for 29 MB of checkpoint in a list that doubles.
+    let limit = "90MB";
+    let render = ["render", "s.pbrt", "-o", "out.exr", "--spp", "4", "--checkpoint", "1i", "--memory-limit", limit];
     folder.run(&[&render[..], &["--quiet"]].concat()).code(0);
     assert!(pixels(&folder, "out.exr") == pixels(&folder, "whole.exr"));
     // What is written from where it is is what a copy would be: a render goes on from it.
-    let stop = ["render", "s.pbrt", "-o", "out.exr", "--spp", "64", "--memory-limit", &limit, "--exit-at", "300ms"];
+    let stop = ["render", "s.pbrt", "-o", "out.exr", "--spp", "24", "--memory-limit", limit, "--exit-at", "300ms"];
     folder.run(&stop).code(130).says("--resume");
-    let go_on = ["render", "s.pbrt", "-o", "out.exr", "--spp", "64", "--resume"];
+    let go_on = ["render", "s.pbrt", "-o", "out.exr", "--spp", "24", "--resume"];
     folder.run(&go_on).code(0);
-    folder.run(&["render", "s.pbrt", "-o", "whole.exr", "--spp", "64"]).code(0);
+    folder.run(&["render", "s.pbrt", "-o", "whole.exr", "--spp", "24"]).code(0);
     assert!(pixels(&folder, "out.exr") == pixels(&folder, "whole.exr"));
 }
 
@@ -159,7 +159,7 @@ fn renders_let_others_go_first() {
     }
     running.interrupt();
     running.end().code(130);
-    for wrong in ["20", "-1", "x"] {
+    for wrong in ["20", "x"] {
         folder.run(&["render", "s.pbrt", "--nice", wrong]).code(2).says("--nice");
     }
 }
