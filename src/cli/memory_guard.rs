@@ -19,11 +19,22 @@ const SHORT_PAUSE: Duration = Duration::from_millis(50);
 /// Looks in a row that find too much, before something is done about it: memory that was given back may be counted for a moment.
 const PATIENCE: u32 = 2;
 
+/// What a render is at.
+#[derive(Clone, Default)]
+enum Phase {
+    /// There is nothing to keep yet.
+    #[default]
+    Preparing,
+    /// There is something to stop, and these are what holds textures.
+    Rendering(Weak<Materials>),
+    /// It is better to end this than to stop it.
+    Writing,
+}
+
 /// What the thread and the render share.
 #[derive(Default)]
 pub struct MemoryGuard {
-    /// What textures are held by, while there is a render to stop.
-    rendered: Mutex<Option<Weak<Materials>>>,
+    phase: Mutex<Phase>,
     /// Whether the render was stopped for lack of memory, and what took it then.
     stopped: Mutex<Option<ExhaustedMemory>>,
     /// Nobody looks any more.
@@ -41,17 +52,18 @@ impl MemoryGuard {
         Guarded(guard)
     }
 
-    fn rendered(&self) -> Option<Weak<Materials>> {
-        self.rendered.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    fn phase(&self) -> Phase {
+        self.phase.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn look(&self, limit: u64, interrupts: &Interrupts, fail: &dyn Fn(&RenderError)) {
         let mut too_many = 0;
         while !self.over.load(Ordering::Relaxed) {
-            std::thread::sleep(if self.rendered().is_some() { PAUSE } else { SHORT_PAUSE });
-            let (resident, rendered) = (memory::resident(), self.rendered());
+            std::thread::sleep(if matches!(self.phase(), Phase::Preparing) { SHORT_PAUSE } else { PAUSE });
+            let (resident, phase) = (memory::resident(), self.phase());
             if resident > limit
-                && let Some(materials) = rendered.as_ref().and_then(Weak::upgrade)
+                && let Phase::Rendering(materials) = &phase
+                && let Some(materials) = materials.upgrade()
             {
                 materials.shed_images(resident - limit);
             }
@@ -59,13 +71,17 @@ impl MemoryGuard {
             if too_many < PATIENCE {
                 continue;
             }
-            let mut stopped = self.stopped.lock().unwrap_or_else(PoisonError::into_inner);
-            if rendered.is_some() {
-                stopped.get_or_insert_with(ExhaustedMemory::now);
-                interrupts.stop.store(true, Ordering::Relaxed);
-            } else if !self.over.load(Ordering::Relaxed) {
-                fail(&ExhaustedMemory::now().into());
-                exit_at_once(ExitStatus::Limit as i32);
+            match phase {
+                Phase::Rendering(_) => {
+                    let mut stopped = self.stopped.lock().unwrap_or_else(PoisonError::into_inner);
+                    stopped.get_or_insert_with(ExhaustedMemory::now);
+                    interrupts.stop.store(true, Ordering::Relaxed);
+                }
+                Phase::Preparing if !self.over.load(Ordering::Relaxed) => {
+                    fail(&ExhaustedMemory::now().into());
+                    exit_at_once(ExitStatus::Limit as i32);
+                }
+                Phase::Preparing | Phase::Writing => {}
             }
         }
     }
@@ -77,12 +93,21 @@ pub struct Guarded(Arc<MemoryGuard>);
 impl Guarded {
     /// Rendering begins: from now on there is something to keep. Textures may make way.
     pub fn rendering_begins(&self, materials: &Arc<Materials>) {
-        *self.0.rendered.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::downgrade(materials));
+        self.enter(Phase::Rendering(Arc::downgrade(materials)));
+    }
+
+    /// It has ended, and what there is is written.
+    pub fn writing_begins(&self) {
+        self.enter(Phase::Writing);
+    }
+
+    fn enter(&self, phase: Phase) {
+        *self.0.phase.lock().unwrap_or_else(PoisonError::into_inner) = phase;
     }
 
     /// The next frame is made ready: there is nothing to keep.
     pub fn preparing_begins(&self) {
-        *self.0.rendered.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        self.enter(Phase::Preparing);
     }
 
     /// Why the render was stopped, if it was for lack of memory.

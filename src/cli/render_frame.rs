@@ -13,6 +13,7 @@ use super::render_report::{after_the_fact, command_line, conclude, lossy, replay
 use crate::render::checkpoint::{self, CheckpointError, Keeper};
 use crate::render::identity::Identity;
 use crate::render::lesson::Lesson;
+use crate::render::memory::few_candidates;
 use crate::render::stats::Statistics;
 use crate::render::{Budget, Job, Progress, RenderError, RenderSettings, Share, inputs, load, seed_of};
 use crate::scene::{Sources, Warnings};
@@ -87,10 +88,14 @@ impl Studio<'_> {
             say(format!("{points} cache points over {} lights, {how} in {seconds:.1} s", job.world.lights.len()));
         }
         let kept = beside(&outputs.image);
-        let from = go_on_from(checkpoints, &kept, &origin.render)?;
+        let points = job.world.light_choice.cache_points();
+        let identity = match points.and_then(|points| few_candidates(points.statistics(), settings.cache)) {
+            Some(few) => origin.render.clone().and("the candidates for cache points that --memory-limit leaves", few),
+            None => origin.render.clone(),
+        };
+        let from = go_on_from(checkpoints, &kept, &identity)?;
         let interval = checkpoints.checkpoint.0.filter(|_| outputs.checkpoint.is_some());
-        let keeper =
-            interval.map(|interval| Keeper::new(kept.clone(), origin.render.clone(), interval, &interrupts.keep));
+        let keeper = interval.map(|interval| Keeper::new(kept.clone(), identity, interval, &interrupts.keep));
         let (seed, budget) = (job.seed, job.budget);
         interrupts.rendering(true);
         guard.rendering_begins(&job.world.materials);
@@ -100,6 +105,7 @@ impl Studio<'_> {
             None => Ok(job.render(seed, budget, &interrupts.stop, *listener)),
         })?;
         let cpu_seconds_rendering = cpu_seconds() - before;
+        guard.writing_begins();
 
         let mut late = Warnings::default();
         job.world.materials.report_images(&mut late)?;

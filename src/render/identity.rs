@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::memory::for_cache_points;
 use super::{Budget, RenderSettings, Share};
 use crate::film::FilmOverrides;
 use crate::geometry::Backend;
@@ -72,6 +71,13 @@ impl Identity {
         ])
     }
 
+    /// The same render, of which this is to be told as well.
+    #[must_use]
+    pub fn and(mut self, name: &str, value: impl ToString) -> Self {
+        self.0.push((name.to_owned(), value.to_string()));
+        self
+    }
+
     /// What differs, in words, and how where that says anything; `None` where nothing does.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let find = |list: &[(String, String)], name: &str| list.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
@@ -126,7 +132,6 @@ fn what_shows(settings: &RenderSettings) -> RenderSettings {
         threads: None,
         seed: None,
         textures: TextureSettings::default(),
-        cache: for_cache_points(settings.cache),
         ..settings.clone()
     }
 }

@@ -61,9 +61,16 @@ pub fn for_cache_points(settings: CacheSettings) -> CacheSettings {
     CacheSettings { candidates: candidates.or(settings.candidates), ..settings }
 }
 
-/// Warns where the candidates that `settings` allow are used up: the image would have had more.
+/// How many candidates cache points came of, where [`for_cache_points`] left them fewer than they would have had with `settings`.
+pub fn few_candidates(statistics: &CacheStatistics, settings: CacheSettings) -> Option<u32> {
+    let fitted = for_cache_points(settings);
+    let are_used_up = |most: &u32| statistics.pilots + statistics.in_boxes >= *most as usize;
+    fitted.candidates.filter(are_used_up).filter(|_| fitted != settings)
+}
+
+/// Warns where that is so.
 pub fn warn_few_candidates(statistics: &CacheStatistics, settings: CacheSettings, warnings: &mut Warnings) {
-    if let Some(most) = settings.candidates.filter(|&most| statistics.pilots + statistics.in_boxes >= most as usize) {
+    if let Some(most) = few_candidates(statistics, settings) {
         warnings.add(None, format!("cache points come of {most} candidates: --memory-limit leaves no more to them"));
     }
 }

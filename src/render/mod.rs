@@ -251,13 +251,12 @@ impl Job {
         } else {
             taken::begin("cache points");
             let start = Instant::now();
-            let cache = memory::for_cache_points(settings.cache);
             let builder = build::CacheBuilder {
                 camera: &camera,
                 film: &film,
                 path: &path,
                 seed,
-                settings: cache,
+                settings: memory::for_cache_points(settings.cache),
                 texture_share,
                 on_camera_rays: choice.in_scatter && choice.selector.is_some(),
             };
@@ -267,7 +266,7 @@ impl Job {
             let kept = lesson.as_mut().and_then(|lesson| lesson.points.take());
             let points = match kept.filter(|_| choice.has_points()) {
                 Some(kept) => {
-                    let points = CachePoints::from_kept(&world.lights, kept, cache);
+                    let points = CachePoints::from_kept(&world.lights, kept, settings.cache);
                     let unfit = || LessonError::Unreadable {
                         path: path_of_lesson(),
                         reason: "it does not fit the lights of this scene".to_owned(),
@@ -277,8 +276,8 @@ impl Job {
                 None if choice.has_points() => builder.build(&world),
                 None => None,
             };
-            if let (Some(points), true) = (&points, cache != settings.cache) {
-                memory::warn_few_candidates(points.statistics(), cache, warnings);
+            if let Some(points) = &points {
+                memory::warn_few_candidates(points.statistics(), settings.cache, warnings);
             }
             build::choose_lights(&mut world, &choice, points, settings, warnings);
             timings.cache_points = start.elapsed().as_secs_f64();

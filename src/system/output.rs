@@ -219,6 +219,27 @@ mod tests {
         assert!(check_writable(&folder.path().join("new/")).is_err());
     }
 
+    /// Two that write the same file at once do not meet: each puts a whole one there.
+    #[test]
+    fn writers_of_one_file_do_not_meet() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x");
+        std::thread::scope(|threads| {
+            for letter in ["a", "b", "c"] {
+                let (path, text) = (&path, letter.repeat(100_000));
+                threads.spawn(move || (0..20).for_each(|_| put(path, &text).expect("written")));
+            }
+            threads.spawn(|| {
+                for _ in 0..200 {
+                    let Ok(text) = std::fs::read_to_string(&path) else { continue };
+                    let first = text.chars().next().expect("it is not empty");
+                    assert!(text.len() == 100_000 && text.chars().all(|letter| letter == first));
+                }
+            });
+        });
+        assert_eq!(listing(folder.path()), 1);
+    }
+
     #[cfg(unix)]
     #[test]
     fn links_are_followed_and_permissions_kept() {

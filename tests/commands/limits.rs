@@ -44,10 +44,11 @@ fn heavy(folder: &Folder, n: u32) -> String {
 #[test]
 fn what_does_not_fit_is_told_with_what_took_it() {
     let folder = Folder::new("memory");
-    folder.write("s.pbrt", heavy(&folder, 1250));
+    folder.write("s.pbrt", heavy(&folder, 1500));
     let render = ["render", "s.pbrt", "-o", "out.exr", "--stats", "s.json", "--spp", "1"];
     folder.start_within(&render, 16 << 20, 60).end().code(0);
     let free = peak(&folder);
+    println!("{free} bytes without a limit");
     assert!(free > 400 << 20, "{free} bytes are no test of a limit of 200 MB");
     folder.start_within(&[&render[..], &["--memory-limit", "2GB"]].concat(), 16 << 20, 60).end().code(0);
     std::fs::remove_file(folder.path("out.exr")).expect("it was written");
@@ -55,7 +56,7 @@ fn what_does_not_fit_is_told_with_what_took_it() {
     let said = run.says("--memory-limit").says("MiB").err;
     assert!(said.contains("geometry") || said.contains("acceleration structure"), "{said}");
     assert!(!folder.listing().contains_key("out.exr"));
-    for wrong in ["0", "much", "-1G"] {
+    for wrong in ["0", "much", "1 parsec"] {
         folder.run(&[&render[..], &["--memory-limit", wrong]].concat()).code(2).says("--memory-limit");
     }
 }
@@ -111,19 +112,19 @@ fn checkpoints_take_no_copy_under_a_limit() {
         "\"integer xresolution\" 400 \"integer yresolution\" 300",
     );
     folder.write("s.pbrt", large);
-    let whole = ["render", "s.pbrt", "-o", "whole.exr", "--spp", "4", "--checkpoint", "off", "--stats", "s.json"];
+    let whole = ["render", "s.pbrt", "-o", "whole.exr", "--spp", "4", "--checkpoint", "off"];
     folder.run(&whole).code(0);
-    // There is room for the image, and for little else.
-    let limit = (peak(&folder) + (4 << 20)).to_string() + "B";
-    let render = ["render", "s.pbrt", "-o", "out.exr", "--spp", "4", "--checkpoint", "1i", "--memory-limit", &limit];
+    // There is room for the image (some 50 MB as it is held), but not for 29 MB of checkpoint in a list that doubles.
+    let limit = "90MB";
+    let render = ["render", "s.pbrt", "-o", "out.exr", "--spp", "4", "--checkpoint", "1i", "--memory-limit", limit];
     folder.run(&[&render[..], &["--quiet"]].concat()).code(0);
     assert!(pixels(&folder, "out.exr") == pixels(&folder, "whole.exr"));
     // What is written from where it is is what a copy would be: a render goes on from it.
-    let stop = ["render", "s.pbrt", "-o", "out.exr", "--spp", "64", "--memory-limit", &limit, "--exit-at", "300ms"];
+    let stop = ["render", "s.pbrt", "-o", "out.exr", "--spp", "24", "--memory-limit", limit, "--exit-at", "300ms"];
     folder.run(&stop).code(130).says("--resume");
-    let go_on = ["render", "s.pbrt", "-o", "out.exr", "--spp", "64", "--resume"];
+    let go_on = ["render", "s.pbrt", "-o", "out.exr", "--spp", "24", "--resume"];
     folder.run(&go_on).code(0);
-    folder.run(&["render", "s.pbrt", "-o", "whole.exr", "--spp", "64"]).code(0);
+    folder.run(&["render", "s.pbrt", "-o", "whole.exr", "--spp", "24"]).code(0);
     assert!(pixels(&folder, "out.exr") == pixels(&folder, "whole.exr"));
 }
 
@@ -136,7 +137,7 @@ fn proc(running: &crate::program::Running, name: &str) -> String {
 #[cfg(target_os = "linux")]
 fn wait_for_rendering(running: &crate::program::Running) {
     let start = std::time::Instant::now();
-    while !running.errors().contains("spp") {
+    while !running.errors().contains("rendering") {
         assert!(start.elapsed().as_secs() < 60, "it does not start: {}", running.errors());
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
@@ -147,7 +148,7 @@ fn wait_for_rendering(running: &crate::program::Running) {
 fn renders_let_others_go_first() {
     let folder = Folder::new("nice");
     folder.write("s.pbrt", LAMP);
-    let running = folder.start(&["render", "s.pbrt", "-o", "out.exr", "--spp", "400000", "--nice", "7"]);
+    let running = folder.start(&["render", "s.pbrt", "-o", "out.exr", "--spp", "100000000", "--nice", "7"]);
     wait_for_rendering(&running);
     let tasks = std::fs::read_dir(format!("/proc/{}/task", running.child.id())).expect("it runs");
     for task in tasks.flatten() {
@@ -158,7 +159,7 @@ fn renders_let_others_go_first() {
     }
     running.interrupt();
     running.end().code(130);
-    for wrong in ["20", "-1", "x"] {
+    for wrong in ["20", "x"] {
         folder.run(&["render", "s.pbrt", "--nice", wrong]).code(2).says("--nice");
     }
 }
@@ -184,7 +185,7 @@ fn threads_follow_the_processors_allowed() {
         folder.start_by(&pinned, &[&render[..], &["--threads", "3"]].concat()).end().code(0);
         assert_eq!(folder.json("s.json")["threads"], 3, "{backend}");
         // The main thread, one that hears signals, one that renders; Embree has no thread beside it.
-        let running = folder.start_by(&pinned, &[&render[..], &["--spp", "400000"]].concat());
+        let running = folder.start_by(&pinned, &[&render[..], &["--spp", "100000000"]].concat());
         wait_for_rendering(&running);
         let status = proc(&running, "status");
         let threads = status.lines().find_map(|line| line.strip_prefix("Threads:")).map(str::trim);

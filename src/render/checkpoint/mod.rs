@@ -188,3 +188,38 @@ impl Writer {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::Counters;
+    use crate::render::mixing::Mixing;
+
+    /// What is written from where it is is what its copy would be.
+    #[test]
+    fn both_ways_of_writing_are_one() {
+        let bounds = crate::film::PixelBounds { x0: 0, y0: 0, x1: 40, y1: 30 };
+        let (mixing, splitting) = (Mixing::new(bounds, None, false), None);
+        let state = KeptRef {
+            tiles: &[],
+            mixing: &mixing,
+            splitting: &splitting,
+            learned: None,
+            counters: Counters::default(),
+            iterations: &[],
+            done: 7,
+            pass: None,
+            seconds: 1.5,
+        };
+        let folder = tempfile::tempdir().expect("a folder");
+        let [copied, in_place] = ["copied", "in-place"].map(|name| folder.path().join(name));
+        let identity = Identity::named("a test");
+        let body = state.to_bytes().expect("there is memory");
+        assert_eq!(state_file::length(|out| state.write_to(out)), Ok(body.len() as u64));
+        state_file::write(&copied, MAGIC, &identity, &body).expect("written");
+        state_file::write_in_place(&in_place, MAGIC, &identity, |out| state.write_to(out)).expect("written");
+        let bytes = std::fs::read(&copied).expect("it is there");
+        assert_eq!(std::fs::read(&in_place).expect("it is there"), bytes);
+        assert_eq!(read(&in_place, &identity).expect("whole").expect("there").done, 7);
+    }
+}
