@@ -145,6 +145,10 @@ fn requests_are_heard() {
     folder.run(&render(&["--spp", "8", "--resume"])).code(3).says("no such file");
     folder.write("out.exr.checkpoint", "LFCHECK2 and so on");
     folder.run(&render(&["--spp", "8", "--resume"])).code(3).says("damaged");
+    // What is there of this very render is not rendered again.
+    folder.run(&recovered).code(0).says("is there already");
+    folder.write("out.exr.checkpoint", "LFCHECK2 and so on");
+    std::fs::remove_file(folder.path("out.exr")).expect("it is there");
     folder.run(&recovered).code(0).says("damaged").says("from the start");
     for wrong in ["0i", "often", "5"] {
         folder.run(&render(&["--checkpoint", wrong])).code(2).says("--checkpoint");
