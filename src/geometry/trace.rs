@@ -199,7 +199,7 @@ impl Tracer {
         match self {
             #[cfg(feature = "embree")]
             Self::Embree(tracer) => tracer.may_cross(ray),
-            Self::Native(tracer) => tracer.has_boundaries(),
+            Self::Native(tracer) => tracer.may_cross(ray),
             Self::Recording(_) => true,
         }
     }

@@ -173,9 +173,9 @@ impl NativeTracer {
             })
     }
 
-    /// Whether there are any boundaries.
-    pub const fn has_boundaries(&self) -> bool {
-        self.boundaries.is_some()
+    /// Whether `ray` may cross a boundary.
+    pub fn may_cross(&self, ray: &Ray) -> bool {
+        self.boundaries.is_some() && is_sound(ray)
     }
 
     /// All boundary crossings in [0, `ray.t_max`) in order of distance; `crossings` is cleared first. Boundaries have no holes:
