@@ -4,19 +4,17 @@ use glam::Vec3;
 
 use super::blur::BlurWeights;
 use super::hierarchy::Hierarchy;
-use super::lookup::NearestPoint;
 use super::table::Table;
 use super::{CachePoints, CacheSettings, CacheStatistics, Clock};
 use crate::light::Lights;
-use crate::light::selector::Uniform;
 
 /// What they are made of, as it is read.
 #[derive(Debug, serde::Deserialize)]
 pub struct KeptPoints {
-    positions: Vec<Vec3>,
-    radii: Vec<f32>,
-    table: Table,
-    iterations: u32,
+    pub(super) positions: Vec<Vec3>,
+    pub(super) radii: Vec<f32>,
+    pub(super) table: Table,
+    pub(super) iterations: u32,
 }
 
 /// The same, where it is.
@@ -53,27 +51,8 @@ impl CachePoints {
         if !kept.fits(&hierarchy) {
             return None;
         }
-        let KeptPoints { positions, radii, table, iterations } = kept;
-        let blur = BlurWeights::new(&positions);
+        let blur = BlurWeights::new(&kept.positions);
         statistics.seconds.blur = clock.lap();
-        let lookup = NearestPoint::new(&positions);
-        statistics.seconds.lookup = clock.lap();
-        let uniform = Uniform::of_shining(lights);
-        let mut cache = Self {
-            settings,
-            hierarchy,
-            positions,
-            radii,
-            lookup,
-            blur,
-            table,
-            scatter: None,
-            iterations,
-            uniform,
-            statistics,
-        };
-        cache.statistics.describe(&cache.table);
-        cache.statistics.bytes = cache.memory();
-        Some(cache)
+        Some(Self::assembled(lights, settings, hierarchy, blur, kept, statistics))
     }
 }

@@ -41,6 +41,7 @@ use crate::light::{LightId, Lights, Receiver};
 use blur::BlurWeights;
 use gather::{Gathering, Site, all_by_lists, by_hierarchy, sensors};
 use hierarchy::{Cluster, Hierarchy};
+use kept::KeptPoints;
 use learn::{Lesson, VisibilityRule};
 use lookup::NearestPoint;
 use merge::{MergeSettings, SIGNATURE, Share, Signature, merge_similar};
@@ -164,10 +165,25 @@ impl CachePoints {
 
         table.energies = blur::blurred(&hierarchy, lights, &blur, &table);
         statistics.seconds.blur = clock.lap();
+        let kept = KeptPoints { positions, radii, table, iterations: 0 };
+        Some(Self::assembled(lights, settings, hierarchy, blur, kept, statistics))
+    }
+
+    /// All of it, from what took long to come by.
+    fn assembled(
+        lights: &Lights,
+        settings: CacheSettings,
+        hierarchy: Hierarchy,
+        blur: BlurWeights,
+        kept: KeptPoints,
+        mut statistics: CacheStatistics,
+    ) -> Self {
+        let KeptPoints { positions, radii, table, iterations } = kept;
+        let mut clock = Clock::start();
         let lookup = NearestPoint::new(&positions);
         statistics.seconds.lookup = clock.lap();
-
         let uniform = Uniform::of_shining(lights);
+        let scatter = None;
         let mut cache = Self {
             settings,
             hierarchy,
@@ -176,14 +192,14 @@ impl CachePoints {
             lookup,
             blur,
             table,
-            scatter: None,
-            iterations: 0,
+            scatter,
+            iterations,
             uniform,
             statistics,
         };
         cache.statistics.describe(&cache.table);
         cache.statistics.bytes = cache.memory();
-        Some(cache)
+        cache
     }
 
     /// Takes over what was learned since the last call: from now on lights are selected by it.
