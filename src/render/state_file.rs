@@ -67,12 +67,6 @@ pub fn write(path: &Path, magic: Magic, identity: &Identity, state: &[u8]) -> Re
     write_parts(path, magic, identity, &Sums::of(state), all)
 }
 
-/// Bytes that `state` writes.
-pub fn length(state: impl Fn(&mut dyn Write) -> Result<(), String>) -> Result<u64, String> {
-    let mut sums = Sums::default();
-    state(&mut sums).map(|()| sums.length)
-}
-
 /// Writes a state from where it is, which takes no memory: `state` is called twice.
 pub fn write_in_place(
     path: &Path,

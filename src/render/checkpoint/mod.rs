@@ -168,11 +168,11 @@ impl<'a> Keeper<'a> {
     }
 }
 
-/// Whether the limit on the memory of the process, if it has one, leaves room for a copy of the state, which is made in a list that doubles as it grows.
+/// Whether the limit on the memory of the process, if it has one, leaves room for a copy of the state.
 fn has_room_for_copy(state: &KeptRef<'_>) -> bool {
     memory::limit().is_none()
-        || match (memory::available(), state_file::length(|out| state.write_to(out))) {
-            (Some(left), Ok(length)) => 3 * length < left,
+        || match (memory::available(), state.length()) {
+            (Some(left), Ok(length)) => length + length / 8 < left,
             _ => true,
         }
 }
@@ -215,7 +215,7 @@ mod tests {
         let [copied, in_place] = ["copied", "in-place"].map(|name| folder.path().join(name));
         let identity = Identity::named("a test");
         let body = state.to_bytes().expect("there is memory");
-        assert_eq!(state_file::length(|out| state.write_to(out)), Ok(body.len() as u64));
+        assert_eq!(state.length(), Ok(body.len() as u64));
         state_file::write(&copied, MAGIC, &identity, &body).expect("written");
         state_file::write_in_place(&in_place, MAGIC, &identity, |out| state.write_to(out)).expect("written");
         let bytes = std::fs::read(&copied).expect("it is there");

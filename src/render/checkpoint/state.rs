@@ -71,7 +71,21 @@ impl KeptRef<'_> {
     /// # Errors
     /// In words; too little memory among them.
     pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
-        postcard::to_stdvec(self).map_err(|error| error.to_string())
+        // All at once: a list that doubles as it grows would be copied several times, and the render waits for it.
+        let mut bytes = vec![];
+        let length = usize::try_from(self.length()?).map_err(|error| error.to_string())?;
+        bytes.try_reserve_exact(length).map_err(|error| error.to_string())?;
+        self.write_to(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// How many they are.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn length(&self) -> Result<u64, String> {
+        let mut count = Count(0);
+        self.write_to(&mut count).map(|()| count.0)
     }
 
     /// The same bytes, to where they go.
@@ -80,6 +94,20 @@ impl KeptRef<'_> {
     /// What that says.
     pub fn write_to(&self, out: &mut dyn std::io::Write) -> Result<(), String> {
         postcard::to_io(self, out).map(drop).map_err(|error| error.to_string())
+    }
+}
+
+/// Counts what is written to it.
+struct Count(u64);
+
+impl std::io::Write for Count {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }
 
