@@ -1,7 +1,7 @@
 //! Which of a frame's samples a render takes: all, or a part of them that others take the rest of.
 //!
-//! The samples of a pixel are numbered, and their random numbers follow from their numbers. So renders of disjoint ranges are independent of each other, and points of one
-//! sequence still: together they are spread over pixel, lens and lights as the samples of a single render are.
+//! The samples of a pixel are numbered, and their random numbers follow from their numbers. So renders of disjoint ranges take different samples, and points of one
+//! sequence still: together they are spread over pixel and lens as the samples of a single render are, and over lights too where nothing is learned.
 
 use std::ops::Range;
 
