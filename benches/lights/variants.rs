@@ -45,7 +45,7 @@ const COLUMNS: [Variant; 7] = [
 ];
 
 /// The defaults with one thing said. Where that is the default already, it shows how far equal things come out unequal.
-const ABLATIONS: [Variant; 12] = [
+const ABLATIONS: [Variant; 13] = [
     variant("visibility off", &["--lights", "cache-points", "--cache-visibility", "off"]),
     variant("visibility threshold", &["--lights", "cache-points", "--cache-visibility", "threshold"]),
     variant("visibility root", &["--lights", "cache-points", "--cache-visibility", "root"]),
@@ -58,6 +58,7 @@ const ABLATIONS: [Variant; 12] = [
     variant("64 entries", &["--lights", "cache-points", "--cache-entries", "64"]),
     variant("256 entries", &["--lights", "cache-points", "--cache-entries", "256"]),
     variant("no refining", &["--lights", "cache-points", "--cache-no-refining"]),
+    variant("no rehearsal", &["--lights", "cache-points", "--cache-no-rehearsal"]),
 ];
 
 /// The defaults, where ways of sampling scattering points are compared.

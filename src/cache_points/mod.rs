@@ -73,6 +73,8 @@ pub struct CacheSettings {
     pub visibility: VisibilityRule,
     /// Whether lists are made anew from what was learned.
     pub refine: bool,
+    /// Whether pilot paths learn before the first pass.
+    pub rehearse: bool,
     /// Whether surface normals count in merging and look-up.
     pub normals: bool,
     /// Whether beams get candidates.
@@ -90,6 +92,7 @@ impl Default for CacheSettings {
             gathering,
             visibility,
             refine: true,
+            rehearse: true,
             normals: true,
             beams: true,
             candidates: None,
@@ -203,7 +206,7 @@ impl CachePoints {
     }
 
     /// Takes over what was learned since the last call: from now on lights are selected by it.
-    pub fn learn(&mut self, lights: &Lights) {
+    pub fn learn(&mut self, lights: &Lights) -> Lesson {
         let lesson = self.update();
         self.iterations += 1;
         if self.refines() && lesson == Lesson::Clear && self.iterations == refine::AFTER {
@@ -218,6 +221,13 @@ impl CachePoints {
             self.statistics.bytes = self.memory();
         }
         self.update_scattering(lights);
+        lesson
+    }
+
+    /// Takes down what a rehearsal took.
+    pub fn has_rehearsed(&mut self, rays: u64, seconds: f64) {
+        self.statistics.rehearsal_rays = rays;
+        self.statistics.seconds.rehearsal = seconds;
     }
 
     /// From now on keeps ready what media at the points scatter towards the camera, for these mean cosines of theirs.

@@ -25,6 +25,8 @@ pub struct CacheStatistics {
     pub far_lights: f64,
     /// Those that each sensor receives something of (+x, −x, +y, −y, +z, −z, all around), on average.
     pub lights_per_bin: [f64; BINS],
+    /// Shadow rays of the rehearsal.
+    pub rehearsal_rays: u64,
     /// Bytes of everything that is kept.
     pub bytes: usize,
     /// Wall-clock seconds of each step.
@@ -52,13 +54,15 @@ pub struct BuildSeconds {
     pub lookup: f64,
     /// What media at the points scatter.
     pub scatter: f64,
+    /// Learning before the first pass.
+    pub rehearsal: f64,
 }
 
 impl BuildSeconds {
     /// All of it.
     pub fn total(&self) -> f64 {
-        let Self { seed, hierarchy, prune, signatures, merge, gather, blur, lookup, scatter } = *self;
-        seed + hierarchy + prune + signatures + merge + gather + blur + lookup + scatter
+        let Self { seed, hierarchy, prune, signatures, merge, gather, blur, lookup, scatter, rehearsal } = *self;
+        seed + hierarchy + prune + signatures + merge + gather + blur + lookup + scatter + rehearsal
     }
 }
 

@@ -112,6 +112,9 @@ pub struct RenderArguments {
     /// Keep the lists of cache points as they were gathered: do not make them anew from what was learned.
     #[arg(long, help_heading = "Cache points")]
     pub cache_no_refining: bool,
+    /// Let cache points begin without knowing what is hidden: trace no pilot paths that try lights before the first pass.
+    #[arg(long, help_heading = "Cache points")]
+    pub cache_no_rehearsal: bool,
     /// Ignore surface normals when cache points are merged and looked up.
     #[arg(long, help_heading = "Cache points")]
     pub cache_no_normals: bool,
@@ -366,6 +369,7 @@ impl RenderArguments {
                 gathering: self.cache_gathering,
                 visibility: self.cache_visibility,
                 refine: !self.cache_no_refining,
+                rehearse: !self.cache_no_rehearsal,
                 normals: !self.cache_no_normals,
                 beams: !self.cache_no_beams,
                 candidates: self.cache_candidates,

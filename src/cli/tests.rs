@@ -48,7 +48,7 @@ fn flags_become_settings() {
 
 #[test]
 fn options_of_a_selector_that_was_not_asked_for_are_named() {
-    let all = "--splitting 0.5 --cache-visibility off --cache-gathering lists --cache-no-refining --cache-no-normals --cache-no-beams \
+    let all = "--splitting 0.5 --cache-visibility off --cache-gathering lists --cache-no-refining --cache-no-rehearsal --cache-no-normals --cache-no-beams \
                --cache-entries 8 --cache-candidates 99";
     let ignored = |flags: &str| {
         let mut warnings = Warnings::default();
@@ -62,7 +62,16 @@ fn options_of_a_selector_that_was_not_asked_for_are_named() {
     for lights in ["uniform", "power", "optimal", "tree"] {
         let found = ignored(&format!("--lights {lights} {all}"));
         assert_eq!(found.contains(&splitting.to_owned()), lights != "tree", "{found:?}");
-        for option in ["visibility", "gathering", "no-refining", "no-normals", "no-beams", "entries", "candidates"] {
+        for option in [
+            "visibility",
+            "gathering",
+            "no-refining",
+            "no-rehearsal",
+            "no-normals",
+            "no-beams",
+            "entries",
+            "candidates",
+        ] {
             let expected = format!("--cache-{option} is ignored: only --lights cache-points uses it");
             assert!(found.contains(&expected), "{lights}: {found:?}");
         }

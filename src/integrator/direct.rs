@@ -146,8 +146,10 @@ impl DirectLight<'_> {
         self.prepare(scratch);
         let choice = &self.world.light_choice;
         let mut gathered = Rgb::BLACK;
-        for draw in 0..choice.draws(&scratch.lights) {
-            if let Some((candidate, weight)) = self.choose(draw, scratch) {
+        let draws = choice.draws(&scratch.lights);
+        for [attempt, draw] in (0..self.settings.tries).flat_map(|attempt| (0..draws).map(move |draw| [attempt, draw]))
+        {
+            if let Some((candidate, weight)) = self.choose(draw, attempt * draws + draw, scratch) {
                 let brought = self.connect::<MEDIA>(&candidate, scratch) * weight;
                 gathered += brought;
                 let Drawn { light, pmf, .. } = candidate.drawn;
@@ -171,15 +173,17 @@ impl DirectLight<'_> {
     /// then the weight is their mean worth over its own. The MIS weights are those of the candidates' own pdf, so they add up to 1
     /// with those of BSDF sampling whatever resampling does.
     #[inline]
-    fn choose(&self, draw: u32, scratch: &mut Scratch) -> Option<(Candidate, f32)> {
+    fn choose(&self, draw: u32, number: u32, scratch: &mut Scratch) -> Option<(Candidate, f32)> {
         let Self { world, random, index, .. } = *self;
         let count = self.settings.light_candidates;
-        let [u_light, u0, u1, u_part] = random.draw_nth::<4>(index, Dimension::Light, draw * count);
+        let numbers = random.draw_nth::<4>(index, Dimension::Light, number);
+        let ([u_light, u0, u1, u_part], mut u_keep) = if count > 1 {
+            let [u_light, u_keep, u0, u1] = numbers;
+            ([u_light, u0, u1, random.draw_nth::<1>(index, Dimension::Resample, number)[0]], f64::from(u_keep))
+        } else {
+            (numbers, 0.0)
+        };
         let u_light = choice(u_light, u_part);
-        let mut u_keep = 0.0;
-        if count > 1 {
-            u_keep = f64::from(random.draw_nth::<1>(index, Dimension::Resample, draw)[0]);
-        }
         // The candidates' lights are stratified among themselves.
         let strata = 1.0 / f64::from(count);
         let mut kept: Option<Candidate> = None;
@@ -188,9 +192,8 @@ impl DirectLight<'_> {
         for first in (0..count).step_by(MOST_DRAWN) {
             let numbers = (first..count.min(first + MOST_DRAWN as u32)).map(|k| (u_light + f64::from(k)) * strata);
             world.light_choice.sample(&world.lights, draw, numbers, &scratch.lights, &mut drawn);
-            for (k, drawn) in (first..).zip(drawn.drain(..)) {
-                let nth = || random.draw_nth::<2>(index, Dimension::Light, draw * count + k);
-                let Some(candidate) = self.candidate(&drawn, if k == 0 { [u0, u1] } else { nth() }) else { continue };
+            for drawn in drawn.drain(..) {
+                let Some(candidate) = self.candidate(&drawn, [u0, u1]) else { continue };
                 total += candidate.worth;
                 // Reservoir sampling; what is left of the number decides the next one.
                 let share = candidate.worth / total;

@@ -4,6 +4,7 @@
 use arrayvec::ArrayVec;
 use glam::Vec3;
 
+use crate::cache_points::learn::Lesson;
 use crate::cache_points::scatter::Phases;
 use crate::cache_points::select::{Drawn, MOST_DRAWN};
 use crate::cache_points::{CachePoints, CacheScratch, Learned, LearnedRef};
@@ -143,12 +144,19 @@ impl LightChoice {
         }
     }
 
-    /// An iteration is over: takes over what was learned.
-    pub fn learn(&mut self, lights: &Lights) {
-        if self.learns()
-            && let Self::CachePoints(cache) | Self::Beside(_, cache) = self
-        {
-            cache.learn(lights);
+    /// Takes down what a rehearsal took.
+    pub fn has_rehearsed(&mut self, rays: u64, seconds: f64) {
+        if let Self::CachePoints(cache) = self {
+            cache.has_rehearsed(rays, seconds);
+        }
+    }
+
+    /// An iteration is over: takes over what was learned, and tells what that is worth.
+    pub fn learn(&mut self, lights: &Lights) -> Option<Lesson> {
+        match self {
+            Self::CachePoints(cache) if cache.learns() => Some(cache.learn(lights)),
+            Self::Beside(_, cache) if cache.learns() && cache.scatters() => Some(cache.learn(lights)),
+            _ => None,
         }
     }
 

@@ -40,6 +40,8 @@ pub struct PathSettings {
     pub max_depth: u32,
     /// From how many candidates the light sample of a vertex is resampled; 1 for no resampling.
     pub light_candidates: u32,
+    /// How often each draw of lights is made at a vertex. More than once only where paths rehearse: what they bring is of no use then.
+    pub tries: u32,
 }
 
 /// Memory that a thread reuses from path to path.

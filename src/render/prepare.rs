@@ -64,7 +64,7 @@ impl Job {
             return Err(LessonError::Overlap { path: path_of_lesson(), taken }.into());
         }
         let texture_share = settings.texture_share(scene_spp).filter(|_| world.materials.has_levels());
-        let mut path = PathSettings { max_depth, light_candidates: 1 };
+        let mut path = PathSettings { max_depth, light_candidates: 1, tries: 1 };
         let choice = build::ChoicePlan::of(&world.lights, &world.media, settings);
         if settings.plan_only {
             if choice.selector.is_some() {
@@ -102,7 +102,11 @@ impl Job {
             if let Some(points) = &points {
                 memory::warn_few_candidates(points.statistics(), settings.cache, warnings);
             }
+            let are_new = points.as_ref().is_some_and(|points| !points.statistics().are_loaded);
             build::choose_lights(&mut world, &choice, points, settings, warnings);
+            if are_new {
+                builder.rehearse(&mut world);
+            }
             timings.cache_points = start.elapsed().as_secs_f64();
         }
         taken::begin("film");

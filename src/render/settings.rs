@@ -232,12 +232,14 @@ impl RenderSettings {
         let draws =
             matches!(self.volume_sampling, VolumeSampling::InScatter | VolumeSampling::Both | VolumeSampling::Paths);
         if !draws && !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
-            let CacheSettings { gathering, visibility, refine, normals, beams, candidates, entries } = self.cache;
+            let CacheSettings { gathering, visibility, refine, rehearse, normals, beams, candidates, entries } =
+                self.cache;
             let default = CacheSettings::default();
             for (option, differs) in [
                 ("--cache-visibility", visibility != default.visibility),
                 ("--cache-gathering", gathering != default.gathering),
                 ("--cache-no-refining", refine != default.refine),
+                ("--cache-no-rehearsal", rehearse != default.rehearse),
                 ("--cache-no-normals", normals != default.normals),
                 ("--cache-no-beams", beams != default.beams),
                 ("--cache-entries", entries != default.entries),

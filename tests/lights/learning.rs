@@ -94,7 +94,7 @@ fn is_right_after_passes(visibility: VisibilityRule, fog: bool) {
     let exact = Options { spp: 8, lights: LightSelection::Optimal, seed: 500, ..Options::default() };
     let reference = Blocks::render(&mut prepare_text(&text, &exact), &exact, GRID, SEEDS);
     // Few points, so that a thousand passes do not take long.
-    let cache = CacheSettings { visibility, candidates: Some(400), ..CacheSettings::default() };
+    let cache = CacheSettings { visibility, candidates: Some(400), rehearse: false, ..CacheSettings::default() };
     let options = Options { spp: 1, lights: LightSelection::CachePoints, cache, ..Options::default() };
     let (mut fresh, mut after_one) = (Blocks(vec![]), Blocks(vec![]));
     for seed in 0..SEEDS {
@@ -144,7 +144,7 @@ fn gallery(name: &str, lights: Option<u32>, options: &Options) -> (Job, Warnings
 fn fewer_shadow_rays_are_blocked_once_learned() {
     for (visibility, falls) in [(VisibilityRule::Clusters, true), (VisibilityRule::Off, false)] {
         let film = FilmOverrides { resolution: Some([128, 72]), crop: None };
-        let cache = CacheSettings { visibility, ..CacheSettings::default() };
+        let cache = CacheSettings { visibility, rehearse: false, ..CacheSettings::default() };
         // One shadow ray a path at most: rays are independent, and their shares binomial.
         let options = Options {
             spp: 64,

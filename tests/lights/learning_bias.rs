@@ -17,6 +17,9 @@ use rayon::prelude::*;
 const LAMPS: u32 = 16;
 const HIDDEN: u32 = LAMPS / 4;
 
+/// Of the floor alone.
+const SHOT: Shot = Shot { from: [0.0, 1.0, -3.0], to: [0.0; 3], fov: 0.1, size: 1, depth: 1 };
+
 fn ring() -> String {
     let mut text = "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] Shape \"bilinearmesh\"
          \"point3 P\" [0.02 1 0.02  0.6 1 0.02  0.02 1 0.6  0.6 1 0.6] AttributeEnd
@@ -30,31 +33,54 @@ fn ring() -> String {
     text
 }
 
+/// What arrives: albedo over π, times cosine over square of the distance for each lamp.
+fn expected() -> f64 {
+    0.5 / std::f64::consts::PI * f64::from(LAMPS - HIDDEN) * (2.0 / 5f64.sqrt()) / 5.0
+}
+
+/// Mean and variance over many renders of the one pixel by cache points, each of which learns for itself.
+fn moments(spp: u32, seeds: u32, rehearse: bool) -> (f64, f64) {
+    let text = SHOT.text(&ring());
+    let cache = CacheSettings { candidates: Some(16), rehearse, ..CacheSettings::default() };
+    let lights = LightSelection::CachePoints;
+    let options = Options { spp, lights, light_candidates: Some(1), cache, ..Options::default() };
+    // What was learned stays with a job, so each render has its own.
+    let render = |seed| {
+        let mut job = prepare_text(&text, &Options { seed, ..options.clone() });
+        assert!(job.world.light_choice.learns());
+        let rays = job.world.light_choice.cache_points().expect("there are some").statistics().rehearsal_rays;
+        assert_eq!(rays > 0, rehearse);
+        image_mean(&render_job(&mut job, &Options { seed, ..options.clone() }).film).0[0]
+    };
+    of((0..seeds).into_par_iter().map(render).collect())
+}
+
+fn of(values: Vec<f64>) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    (mean, values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0))
+}
+
 /// One pixel, where nothing else dilutes what its own samples taught. Were its sequence to go on, it would be 6 % too dark: 16 standard errors.
 #[test]
 fn samples_do_not_fall_where_passes_before_have_learned_to_look() {
     const SEEDS: u32 = 1000;
-    let shot = Shot { from: [0.0, 1.0, -3.0], fov: 0.1, size: 1, depth: 1, ..Shot::default() };
-    let text = shot.text(&ring());
-    let cache = CacheSettings { candidates: Some(16), ..CacheSettings::default() };
-    let lights = LightSelection::CachePoints;
-    let options = Options { spp: 4, lights, light_candidates: Some(1), cache, ..Options::default() };
-    // What was learned stays with a job, so each render has its own.
-    let render = |seed| {
-        let mut job = prepare_text(&text, &options);
-        assert!(job.world.light_choice.learns());
-        image_mean(&render_job(&mut job, &Options { seed, ..options.clone() }).film).0[0]
-    };
-    let values: Vec<f64> = (0..SEEDS).into_par_iter().map(render).collect();
-    let count = f64::from(SEEDS);
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    let error = (squares / (count - 1.0) / count).sqrt();
-    // Albedo over π, times cosine over square of the distance for each lamp.
-    let expected = 0.5 / std::f64::consts::PI * f64::from(LAMPS - HIDDEN) * (2.0 / 5f64.sqrt()) / 5.0;
+    let (mean, variance) = moments(4, SEEDS, false);
+    let (error, expected) = ((variance / f64::from(SEEDS)).sqrt(), expected());
     println!("{mean:.5} ± {error:.5}, expected {expected:.5}");
     assert!(error < 0.01 * expected, "{error} is too large to tell");
     assert_mean("learning", mean, error, expected, SLACK);
+}
+
+/// Pilot paths learn before the first sample, from random numbers of their own: were those the samples' own, the pixel would be too dark.
+#[test]
+fn a_rehearsal_is_no_bias() {
+    const SEEDS: u32 = 1000;
+    let ((mean, variance), (_, without)) = (moments(1, SEEDS, true), moments(1, SEEDS, false));
+    let (error, expected) = ((variance / f64::from(SEEDS)).sqrt(), expected());
+    println!("{mean:.5} ± {error:.5}, expected {expected:.5}; variance {variance:.2e}, without {without:.2e}");
+    assert_mean("rehearsed", mean, error, expected, SLACK);
+    assert!(variance < 0.75 * without, "{variance} against {without}");
 }
 
 /// What another render learned tells where to look, and that is no bias: its random numbers are others. Its lights are chosen better from the first sample on.
@@ -63,9 +89,8 @@ fn what_another_render_learned_is_no_bias() {
     const SEEDS: u32 = 400;
     let folder = tempfile::tempdir().expect("a folder");
     let (scene, kept) = (folder.path().join("scene.pbrt"), folder.path().join("lesson"));
-    let shot = Shot { from: [0.0, 1.0, -3.0], fov: 0.1, size: 1, depth: 1, ..Shot::default() };
-    std::fs::write(&scene, shot.text(&ring())).expect("the scene can be written");
-    let cache = CacheSettings { candidates: Some(16), ..CacheSettings::default() };
+    std::fs::write(&scene, SHOT.text(&ring())).expect("the scene can be written");
+    let cache = CacheSettings { candidates: Some(16), rehearse: false, ..CacheSettings::default() };
     let (identity, stop) = (Identity::named("ring"), AtomicBool::new(false));
     let prepare = |settings: RenderSettings, lesson| {
         let settings = RenderSettings {
@@ -96,13 +121,9 @@ fn what_another_render_learned_is_no_bias() {
         image_mean(&job.render(seed, Budget::Samples(1), &stop, &Silent).film).0[0]
     };
     let count = f64::from(SEEDS);
-    let moments = |is_taught| {
-        let values: Vec<f64> = (0..SEEDS).into_par_iter().map(|seed| render(seed, is_taught)).collect();
-        let mean = values.iter().sum::<f64>() / count;
-        (mean, values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0))
-    };
+    let moments = |is_taught| of((0..SEEDS).into_par_iter().map(|seed| render(seed, is_taught)).collect());
     let [(mean, variance), (_, untaught)] = [true, false].map(moments);
-    let expected = 0.5 / std::f64::consts::PI * f64::from(LAMPS - HIDDEN) * (2.0 / 5f64.sqrt()) / 5.0;
+    let expected = expected();
     println!(
         "{mean:.5} ± {:.5}, expected {expected:.5}; variance {variance:.2e}, untaught {untaught:.2e}",
         (variance / count).sqrt()

@@ -73,17 +73,16 @@ impl CacheBuilder<'_> {
 
     /// The vertices of pilot paths, spread evenly over the image.
     fn pilots(&self, world: &World) -> Vec<Candidate> {
-        let bounds = self.film.bounds;
-        let pixels: Vec<[u32; 2]> = bounds.pixels().collect();
-        let paths = (pixels.len() / PIXELS_PER_PILOT).max(FEWEST_PILOTS);
-        let vertices: Vec<Vec<Candidate>> = (0..paths)
+        let seed = self.seed ^ PILOT_SEED;
+        let vertices: Vec<Vec<Candidate>> = self
+            .pilot_pixels()
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, k| {
-                let pixel = pixels[(k as u64 * pixels.len() as u64 / paths as u64) as usize];
+            .enumerate()
+            .map_init(Scratch::default, |scratch, (k, pixel)| {
                 scratch.lights.pilots.clear();
                 scratch.in_scatter.seeds.clear();
                 scratch.in_scatter.begin_pixel(if self.on_camera_rays { 1.0 } else { 0.0 }, Mix::NULL);
-                self.pilot(world, pixel, k as u32, scratch);
+                self.pilot(world, self.path, (seed, pixel, k as u32), scratch);
                 let vertices = scratch.lights.pilots.iter();
                 if self.on_camera_rays {
                     let scattered = vertices.filter(|vertex| matches!(vertex, Receiver::Medium { .. }));
@@ -95,11 +94,25 @@ impl CacheBuilder<'_> {
             })
             .collect();
         let most = self.settings.candidates.map_or(MOST_PILOTS, |n| (n as usize).min(MOST_PILOTS));
-        thinned(vertices.concat(), most)
+        thinned(&vertices.concat(), most)
     }
 
-    fn pilot(&self, world: &World, pixel: [u32; 2], sample: u32, scratch: &mut Scratch) {
-        let random = SamplePoint::new(SampleId { seed: self.seed ^ PILOT_SEED, pixel, sample });
+    /// The pixel of each pilot path.
+    pub(super) fn pilot_pixels(&self) -> Vec<[u32; 2]> {
+        let pixels: Vec<[u32; 2]> = self.film.bounds.pixels().collect();
+        let paths = (pixels.len() / PIXELS_PER_PILOT).max(FEWEST_PILOTS);
+        (0..paths).map(|k| pixels[(k as u64 * pixels.len() as u64 / paths as u64) as usize]).collect()
+    }
+
+    /// Traces the path of sample `sample` of `pixel` in a render of that seed.
+    pub(super) fn pilot(
+        &self,
+        world: &World,
+        path: &PathSettings,
+        (seed, pixel, sample): (u32, [u32; 2], u32),
+        scratch: &mut Scratch,
+    ) {
+        let random = SamplePoint::new(SampleId { seed, pixel, sample });
         let [jitter_x, jitter_y, lens_u, lens_v] = random.draw::<4>(0, Dimension::Camera);
         let [u_time] = random.draw::<1>(0, Dimension::Time);
         let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
@@ -112,7 +125,7 @@ impl CacheBuilder<'_> {
         let ray = (ray, differentials);
         // The camera ray is known once the path has its first vertex.
         let most = if self.on_camera_rays { 1 } else { u32::MAX };
-        let path = PathSettings { max_depth: self.path.max_depth.min(most), ..*self.path };
+        let path = PathSettings { max_depth: path.max_depth.min(most), ..*path };
         let own = |seen, _: &mut Scratch| seen;
         if world.has_media() {
             trace_path::<true>(world, &path, ray, &random, scratch, own);
@@ -123,10 +136,8 @@ impl CacheBuilder<'_> {
 }
 
 /// Evenly chosen ones where there are more than `most`.
-fn thinned(list: Vec<Candidate>, most: usize) -> Vec<Candidate> {
-    if list.len() <= most {
-        return list;
-    }
+pub(super) fn thinned<T: Copy>(list: &[T], most: usize) -> Vec<T> {
+    let most = most.min(list.len());
     (0..most).map(|k| list[(k as u64 * list.len() as u64 / most as u64) as usize]).collect()
 }
 

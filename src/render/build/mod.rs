@@ -4,6 +4,7 @@
 mod cache;
 mod geometry;
 mod media;
+mod rehearsal;
 
 use std::sync::Arc;
 use std::time::Instant;
