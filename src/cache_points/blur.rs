@@ -1,12 +1,14 @@
 //! Blur over neighbouring points: what makes a single nearest point safe to use. Source: Li et al. 2024, section 3.1.5 (far lights) and
 //! section 3.2 (visibility).
 
+use std::ops::Range;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::hierarchy::{Cluster, Hierarchy};
 use super::neighbours::{Neighbour, NeighbourSearch};
-use super::table::{Energies, List, Sensors, Table, pack, unpack};
+use super::table::{BINS, Energies, List, OMNIDIRECTIONAL, PLANES, Sensors, Table, pack, unpack};
 use crate::light::Lights;
 
 /// Neighbours blurred over: the kissing number 12, and 4 because radii vary.
@@ -79,32 +81,75 @@ pub fn blurred(hierarchy: &Hierarchy, lights: &Lights, blur: &BlurWeights, table
     out.split(&table.offsets).into_par_iter().enumerate().for_each(|(point, (fluence, shares))| {
         let point = point as u32;
         let own = table.list(point);
-        let (own_fluence, own_shares) = table.energies(point);
-        let mut sums: Vec<Sensors> = (0..own.len()).map(|k| unpack(k, own_fluence, own_shares)).collect();
-        let mut weights = vec![1.0; own.len()];
+        let mut sums = Sums::new(own.len());
+        sums.add((0, 0..own.len()), table.energies(point), 1.0);
         for &(neighbour, weight) in blur.of(point) {
-            let (other_fluence, other_shares) = table.energies(neighbour);
+            let (theirs, energies) = (table.list(neighbour), table.energies(neighbour));
             let near = table.near(neighbour);
             // Parts of one entry count once together.
             let mut last = None;
-            for_each_overlap(own, table.list(neighbour), |(i, a), (j, b)| {
-                if near.binary_search(&(j as u16)).is_ok() {
-                    return;
+            let (mut i, mut j) = (0, 0);
+            while i < own.len() && j < theirs.len() {
+                // Far lights are mostly told apart in the same way all around.
+                let near_ahead = near.get(near.partition_point(|&k| usize::from(k) < j));
+                let most = near_ahead.map_or(theirs.len(), |&k| usize::from(k)) - j;
+                let same = own.same_from(i, &theirs, j, most);
+                if same > 0 {
+                    sums.add((i, j..j + same), energies, weight);
+                    (i, j) = (i + same, j + same);
+                    continue;
                 }
-                let share = if a.holds(&b) { 1.0 } else { share(hierarchy, lights, &a, &b) };
-                let theirs = unpack(j, other_fluence, other_shares);
-                sums[i].iter_mut().zip(theirs).for_each(|(sum, energy)| *sum += weight * share * energy);
-                if last.replace(i) != Some(i) {
-                    weights[i] += weight;
+                let (a, b) = (own.get(i), theirs.get(j));
+                if most > 0 && a.first < b.end() && b.first < a.end() {
+                    let share = if a.holds(&b) { 1.0 } else { share(hierarchy, lights, &a, &b) };
+                    sums.add_one(i, unpack(j, energies.0, energies.1), weight * share);
+                    if last.replace(i) != Some(i) {
+                        sums.weights[i] += weight;
+                    }
                 }
-            });
+                if a.end() <= b.end() { i += 1 } else { j += 1 }
+            }
         }
-        for (k, (sensors, weight)) in sums.iter_mut().zip(weights).enumerate() {
-            sensors.iter_mut().for_each(|energy| *energy = (*energy / weight).min(f32::MAX));
-            pack(sensors, k, fluence, shares);
+        for k in 0..own.len() {
+            pack(&sums.mean(k), k, fluence, shares);
         }
     });
     out
+}
+
+/// Weighted sums of what the sensors receive of a point's entries: a row for each sensor, so that the processor takes several entries at once.
+struct Sums {
+    rows: [Vec<f32>; BINS],
+    weights: Vec<f32>,
+}
+
+impl Sums {
+    fn new(count: usize) -> Self {
+        Self { rows: std::array::from_fn(|_| vec![0.0; count]), weights: vec![0.0; count] }
+    }
+
+    /// Adds what another point, or the point itself, knows of as many entries, from its entry `j` on to those from `i` on.
+    fn add(&mut self, (i, theirs): (usize, Range<usize>), (fluence, shares): (&[f32], &[u8]), weight: f32) {
+        let (count, own) = (fluence.len(), i..i + theirs.len());
+        let of = &fluence[theirs.clone()];
+        for (row, sums) in self.rows[..PLANES].iter_mut().enumerate() {
+            let shares = &shares[row * count..][theirs.clone()];
+            for ((sum, energy), share) in sums[own.clone()].iter_mut().zip(of).zip(shares) {
+                *sum += weight * (energy * (f32::from(*share) * (1.0 / 255.0)));
+            }
+        }
+        self.rows[OMNIDIRECTIONAL][own.clone()].iter_mut().zip(of).for_each(|(sum, energy)| *sum += weight * energy);
+        self.weights[own].iter_mut().for_each(|sum| *sum += weight);
+    }
+
+    /// Adds to entry `i` alone, but for its weight.
+    fn add_one(&mut self, i: usize, sensors: Sensors, weight: f32) {
+        self.rows.iter_mut().zip(sensors).for_each(|(sums, energy)| sums[i] += weight * energy);
+    }
+
+    fn mean(&self, i: usize) -> Sensors {
+        std::array::from_fn(|row| (self.rows[row][i] / self.weights[i]).min(f32::MAX))
+    }
 }
 
 /// The share of `whole` that is `part`.

@@ -12,8 +12,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blur::{BlurWeights, for_each_overlap};
+use super::counter::Counter;
 use super::hierarchy::{Cluster, Hierarchy};
-use super::table::{Counter, List, Table, range, split_lists};
+use super::table::{List, Table, range, split_lists};
 
 /// R above this is left alone by the paper's rule.
 const R_MIN: f32 = 0.04;

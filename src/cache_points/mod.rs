@@ -11,6 +11,7 @@
 //! serial.
 
 pub mod blur;
+pub mod counter;
 pub mod gather;
 pub mod hierarchy;
 pub mod kept;

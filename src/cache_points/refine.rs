@@ -3,9 +3,10 @@
 //! hidden falls back into few clusters, and their entries go to lights that arrive.
 
 use super::blur::share;
+use super::counter::Counter;
 use super::gather::{Site, gather};
 use super::hierarchy::{Cluster, Hierarchy};
-use super::table::{Counter, List, Table, range};
+use super::table::{List, Table, range};
 use crate::light::{Lights, Receiver};
 
 /// The iteration after which lists are made anew, the rounds of a rehearsal included: with the usual ones at 1 sample a pixel, without a rehearsal at 4. There, to do

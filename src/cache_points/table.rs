@@ -6,12 +6,13 @@
 //! entry takes [`ENTRY`] bytes.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
+use super::counter::{self, Counter};
 use super::gather::Gathered;
 use super::hierarchy::{Cluster, Hierarchy};
+use crate::system::plain_bytes;
 
 /// Sensors at a point: planes that face +x, −x, +y, −y, +z, −z, and one that receives from everywhere.
 pub const BINS: usize = 7;
@@ -23,57 +24,9 @@ pub const PLANES: usize = 6;
 /// What each sensor receives: irradiance of planes, fluence of the omnidirectional one.
 pub type Sensors = [f32; BINS];
 
-/// How often an entry was tried and how often its light arrived, in parts of a try ([`TRY`]). Integers, so the order of threads does not matter.
-#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
-pub struct Counter {
-    attempts: AtomicU32,
-    successes: AtomicU32,
-}
-
-/// Parts of one try. An entry that is split passes on a few of them to each part.
-const TRY: u32 = 16;
-
-/// From so many tries on, both counts are halved between iterations, so that they never overflow.
-const MANY_TRIES: u32 = 1 << 24;
-
-impl Counter {
-    /// After so many attempts and successes.
-    pub fn new(counts: [f32; 2]) -> Self {
-        let [attempts, successes] = counts.map(|n| AtomicU32::new((n * TRY as f32).round() as u32));
-        Self { attempts, successes }
-    }
-
-    /// One more.
-    #[inline]
-    pub fn record(&self, success: bool) {
-        self.attempts.fetch_add(TRY, Ordering::Relaxed);
-        if success {
-            self.successes.fetch_add(TRY, Ordering::Relaxed);
-        }
-    }
-
-    /// Halves both counts where they are large.
-    pub fn limit(&mut self) {
-        if *self.attempts.get_mut() >= TRY * MANY_TRIES {
-            *self.attempts.get_mut() /= 2;
-            *self.successes.get_mut() /= 2;
-        }
-    }
-
-    /// Whether there was any attempt.
-    #[inline]
-    pub fn is_tried(&self) -> bool {
-        self.attempts.load(Ordering::Relaxed) > 0
-    }
-
-    /// Attempts and successes so far.
-    pub fn get(&self) -> [f32; 2] {
-        [&self.attempts, &self.successes].map(|n| n.load(Ordering::Relaxed) as f32 * (1.0 / TRY as f32))
-    }
-}
-
 /// An entry: a cluster less its number of lights, which follows from where the next entry begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Entry {
     first: u32,
     node: u32,
@@ -83,8 +36,10 @@ pub struct Entry {
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Energies {
     /// Fluence of each entry, unoccluded.
+    #[serde(with = "plain_bytes")]
     pub fluence: Vec<f32>,
     /// Irradiance of each plane in 255ths of the fluence: [`PLANES`] rows of a point's entries, at [`PLANES`] times its offset.
+    #[serde(with = "plain_bytes")]
     pub shares: Vec<u8>,
 }
 
@@ -92,17 +47,23 @@ pub struct Energies {
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Table {
     /// Where each point's list starts, and where the last one ends.
+    #[serde(with = "plain_bytes")]
     pub offsets: Vec<u32>,
+    #[serde(with = "plain_bytes")]
     entries: Vec<Entry>,
     /// One past the last place of all lights, where lists leave no light out; `None` where entries are single lights and others are left out.
     end: Option<u32>,
     /// What became of the entries.
+    #[serde(with = "counter::plain")]
     pub counters: Vec<Counter>,
     /// Learned visibility weights W.
+    #[serde(with = "plain_bytes")]
     pub visibility: Vec<f32>,
     /// What sensors receive of the entries.
     pub energies: Energies,
+    #[serde(with = "plain_bytes")]
     near_offsets: Vec<u32>,
+    #[serde(with = "plain_bytes")]
     near: Vec<u16>,
 }
 
@@ -140,6 +101,18 @@ impl List<'_> {
             None => 1,
         };
         Cluster { first, count, node }
+    }
+
+    /// How many entries from `i` on are those of `other` from `j` on, up to `most`, which the other list must have.
+    #[inline]
+    pub fn same_from(&self, i: usize, other: &List, j: usize, most: usize) -> usize {
+        let pairs = self.entries[i..].iter().zip(&other.entries[j..j + most]);
+        let mut same = pairs.take_while(|(a, b)| a == b).count();
+        // An entry ends where the next one begins.
+        if same > 0 && self.get(i + same - 1) != other.get(j + same - 1) {
+            same -= 1;
+        }
+        same
     }
 
     /// All of them.

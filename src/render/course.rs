@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::checkpoint::{Keeper, Kept, KeptRef, OpenPass};
+use super::checkpoint::{Keeper, Kept, KeptRef, OpenPass, Rest, RestRef};
 use super::pass::{Guides, Pass, step};
 use super::progress::Tracking;
 use super::splitting::Splitting;
@@ -47,7 +47,8 @@ impl Course {
 
     /// From where it was kept; `None` where that does not fit the scene.
     pub fn from(job: &mut Job, kept: Kept) -> Option<Self> {
-        let Kept { tiles, mixing, splitting, learned, counters, iterations, done, pass, seconds } = kept;
+        let Kept { tiles, rest } = kept;
+        let Rest { mixing, splitting, learned, counters, iterations, done, pass, seconds } = rest;
         let mut course = Self { counters, iterations, done, pass, before: seconds, ..Self::new(job) };
         let count = tiles.len();
         let fits = course.film.restore(tiles)
@@ -232,8 +233,7 @@ impl Course {
 
     fn keep(&self, job: &Job, keeper: Option<&Keeper>, start: Instant) {
         let Some(keeper) = keeper else { return };
-        keeper.keep(&KeptRef {
-            tiles: self.film.tiles(),
+        let rest = RestRef {
             mixing: &self.guides.mixing,
             splitting: &self.guides.splitting,
             learned: job.world.light_choice.learned(),
@@ -242,6 +242,7 @@ impl Course {
             done: self.done,
             pass: self.pass.as_ref(),
             seconds: start.elapsed().as_secs_f64(),
-        });
+        };
+        keeper.keep(&KeptRef { tiles: self.film.tiles(), rest });
     }
 }

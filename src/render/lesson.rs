@@ -16,7 +16,7 @@ use crate::cache_points::kept::{KeptPoints, KeptPointsRef};
 use crate::system::output::OutputError;
 
 /// What such files begin with; the digit is the version.
-const MAGIC: Magic = *b"LFLEARN1";
+const MAGIC: Magic = *b"LFLEARN2";
 
 /// Samples, by number, of a seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,7 +106,7 @@ impl LessonRef<'_> {
     /// What the system says.
     pub fn write(&self, path: &Path, identity: &Identity) -> Result<(), OutputError> {
         let bytes = postcard::to_stdvec(self).map_err(|error| OutputError::new(path, error))?;
-        state_file::write(path, MAGIC, identity, &bytes)
+        state_file::write(path, MAGIC, identity, &[bytes])
     }
 }
 

@@ -213,7 +213,6 @@ impl Pass<'_> {
     ) -> Rgb {
         let seed = mix((u64::from(self.seed) << 32 | u64::from(self.samples.start)) ^ SPLIT_SEED) as u32;
         let Split { rays, beta } = splitting.split;
-        let rays = u32::from(rays);
         // In steps, so that the mean over what is the same everywhere is that to the last bit.
         let mut mean = own;
         let first = (sample - self.samples.start).wrapping_mul(rays);

@@ -30,6 +30,7 @@ use rayon::prelude::*;
 
 use crate::film::{PixelBounds, TILE_SIZE};
 use crate::math::Rgb;
+use crate::system::plain_bytes;
 
 /// What a path costs by what a camera ray does, where the part of light that is not seen shining varies as much as what is seen is bright.
 const PRICE: f64 = 8.0;
@@ -38,22 +39,24 @@ const PRICE: f64 = 8.0;
 const MOST_RAYS: f64 = 31.0;
 
 /// Rays that a pixel's first sample sends out besides its path, when nothing is known.
-const SCOUTS: u8 = 4;
+const SCOUTS: u32 = 4;
 
 /// Of what the paths of a tile bring, the share that does not count, at the bright end: single bright paths.
 const BRIGHTEST: f64 = 1.0 / 32.0;
 
 /// What the samples of a pixel do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Split {
     /// Rays that each sends out besides its path.
-    pub rays: u8,
+    pub rays: u32,
     /// How much what they see counts.
     pub beta: f32,
 }
 
 /// What camera rays have seen. In double precision, so that squares of any radiance fit: an image made brighter all over is split as before.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 struct Seen {
     rays: u32,
     /// How many of them have seen nothing shine.
@@ -79,7 +82,7 @@ impl Seen {
         let relative = beta * beta * (variance / (mean * mean));
         if relative.is_finite() && relative > 0.0 {
             let rays = ((PRICE * relative).sqrt() - 1.0).round().clamp(0.0, MOST_RAYS);
-            Split { rays: rays as u8, beta: beta as f32 }
+            Split { rays: rays as u32, beta: beta as f32 }
         } else {
             Split::default()
         }
@@ -117,9 +120,12 @@ impl PixelSplitting {
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct TileSplitting {
     bounds: PixelBounds,
+    #[serde(with = "plain_bytes")]
     splits: Vec<Split>,
+    #[serde(with = "plain_bytes")]
     seen: Vec<Seen>,
     /// In the first pass, what the pixels' paths bring that see nothing shine; then empty.
+    #[serde(with = "plain_bytes")]
     brought: Vec<f32>,
     /// The mean of that over either colour of the chessboard.
     levels: [f64; 2],
@@ -270,7 +276,7 @@ mod tests {
 
     fn rays(splitting: &Splitting, at: [u32; 2]) -> u32 {
         let tile = splitting.tiles.iter().find(|tile| tile.bounds.contains(at)).unwrap();
-        u32::from(tile.pixel(tile.bounds.index(at)).split.rays)
+        tile.pixel(tile.bounds.index(at)).split.rays
     }
 
     #[test]

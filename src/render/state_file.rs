@@ -31,9 +31,9 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(part: &[u8]) -> Self {
+    fn of(pieces: &[impl AsRef<[u8]>]) -> Self {
         let mut sums = Self::default();
-        sums.add(part);
+        pieces.iter().for_each(|piece| sums.add(piece.as_ref()));
         sums
     }
 
@@ -61,9 +61,11 @@ impl Write for Sums {
     }
 }
 
-/// Writes a state that has been copied out.
-pub fn write(path: &Path, magic: Magic, identity: &Identity, state: &[u8]) -> Result<(), OutputError> {
-    let all = |file: &mut File| file.write_all(state).map_err(|error| error.to_string());
+/// Writes a state that has been copied out, in pieces.
+pub fn write(path: &Path, magic: Magic, identity: &Identity, state: &[impl AsRef<[u8]>]) -> Result<(), OutputError> {
+    let all = |file: &mut File| {
+        state.iter().try_for_each(|piece| file.write_all(piece.as_ref())).map_err(|error| error.to_string())
+    };
     write_parts(path, magic, identity, &Sums::of(state), all)
 }
 
@@ -91,7 +93,7 @@ fn write_parts(
     state: impl FnOnce(&mut File) -> Result<(), String>,
 ) -> Result<(), OutputError> {
     let identity = serde_json::to_vec(identity).map_err(|error| OutputError::new(path, error))?;
-    let head = [&magic[..], &Sums::of(&identity).to_bytes(), &sums.to_bytes(), &identity].concat();
+    let head = [&magic[..], &Sums::of(&[&identity]).to_bytes(), &sums.to_bytes(), &identity].concat();
     write_atomically(path, |file| {
         let file = file.as_file_mut();
         file.write_all(&head).map_err(|error| error.to_string())?;

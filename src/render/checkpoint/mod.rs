@@ -13,7 +13,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 pub use state::Kept;
-pub(super) use state::{KeptRef, OpenPass};
+pub(super) use state::{KeptRef, OpenPass, Rest, RestRef};
 
 use super::identity::Identity;
 use super::state_file::{self, Fault, Magic};
@@ -21,7 +21,7 @@ use crate::system::memory;
 use crate::system::output::OutputError;
 
 /// What checkpoints begin with; the digit is the version.
-const MAGIC: Magic = *b"LFCHECK2";
+const MAGIC: Magic = *b"LFCHECK3";
 
 /// Why a render cannot go on from a checkpoint.
 #[derive(Debug, thiserror::Error)]
@@ -141,14 +141,14 @@ impl<'a> Keeper<'a> {
             writer.failed = state_file::write_in_place(&path, MAGIC, &identity, |out| state.write_to(out)).err();
             return;
         }
-        let body = match state.to_bytes() {
-            Ok(body) => body,
+        let pieces = match state.to_pieces() {
+            Ok(pieces) => pieces,
             Err(reason) => {
                 writer.failed = Some(OutputError::new(&path, reason));
                 return;
             }
         };
-        writer.thread = Some(std::thread::spawn(move || state_file::write(&path, MAGIC, &identity, &body)));
+        writer.thread = Some(std::thread::spawn(move || state_file::write(&path, MAGIC, &identity, &pieces)));
     }
 
     /// Waits until everything is written.
@@ -192,6 +192,8 @@ impl Writer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::tests::film_settings;
+    use crate::film::{Film, FilmOverrides};
     use crate::integrator::Counters;
     use crate::render::mixing::Mixing;
 
@@ -200,8 +202,7 @@ mod tests {
     fn both_ways_of_writing_are_one() {
         let bounds = crate::film::PixelBounds { x0: 0, y0: 0, x1: 40, y1: 30 };
         let (mixing, splitting) = (Mixing::new(bounds, None, false), None);
-        let state = KeptRef {
-            tiles: &[],
+        let rest = RestRef {
             mixing: &mixing,
             splitting: &splitting,
             learned: None,
@@ -211,15 +212,21 @@ mod tests {
             pass: None,
             seconds: 1.5,
         };
+        // More tiles than one task copies.
+        let size = FilmOverrides { resolution: Some([300, 200]), crop: None };
+        let film = Film::new(film_settings(vec![], &size), true);
+        let state = KeptRef { tiles: film.tiles(), rest };
         let folder = tempfile::tempdir().expect("a folder");
         let [copied, in_place] = ["copied", "in-place"].map(|name| folder.path().join(name));
         let identity = Identity::named("a test");
-        let body = state.to_bytes().expect("there is memory");
-        assert_eq!(state.length(), Ok(body.len() as u64));
-        state_file::write(&copied, MAGIC, &identity, &body).expect("written");
+        let pieces = state.to_pieces().expect("there is memory");
+        assert!(pieces.len() > 3);
+        assert_eq!(state.length(), Ok(pieces.concat().len() as u64));
+        state_file::write(&copied, MAGIC, &identity, &pieces).expect("written");
         state_file::write_in_place(&in_place, MAGIC, &identity, |out| state.write_to(out)).expect("written");
         let bytes = std::fs::read(&copied).expect("it is there");
         assert_eq!(std::fs::read(&in_place).expect("it is there"), bytes);
-        assert_eq!(read(&in_place, &identity).expect("whole").expect("there").done, 7);
+        let kept = read(&in_place, &identity).expect("whole").expect("there");
+        assert_eq!((kept.tiles.len(), kept.rest.done), (film.tiles().len(), 7));
     }
 }

@@ -1,5 +1,8 @@
 //! What a checkpoint holds.
 
+use std::io::Write;
+
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::cache_points::{Learned, LearnedRef};
@@ -33,6 +36,13 @@ pub struct OpenPass {
 pub struct Kept {
     /// The pixels.
     pub tiles: Vec<FilmTile>,
+    /// Everything else.
+    pub rest: Rest,
+}
+
+/// What there is besides pixels.
+#[derive(Deserialize)]
+pub struct Rest {
     /// How scattering points are drawn.
     pub mixing: Mixing,
     /// How camera rays are split.
@@ -51,10 +61,16 @@ pub struct Kept {
     pub seconds: f64,
 }
 
-/// The same, where it is.
+/// [`Kept`], where it is.
 #[derive(Serialize)]
 pub struct KeptRef<'a> {
     pub tiles: &'a [FilmTile],
+    pub rest: RestRef<'a>,
+}
+
+/// [`Rest`], where it is.
+#[derive(Serialize)]
+pub struct RestRef<'a> {
     pub mixing: &'a Mixing,
     pub splitting: &'a Option<Splitting>,
     pub learned: Option<LearnedRef<'a>>,
@@ -65,18 +81,21 @@ pub struct KeptRef<'a> {
     pub seconds: f64,
 }
 
+/// Tiles that one task copies: some megabytes.
+const TILES: usize = 128;
+
 impl KeptRef<'_> {
-    /// As bytes.
+    /// A copy, as bytes in pieces: those of [`KeptRef::write_to`]. The render waits for it, so that all threads copy.
     ///
     /// # Errors
     /// In words; too little memory among them.
-    pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
-        // All at once: a list that doubles as it grows would be copied several times, and the render waits for it.
-        let mut bytes = vec![];
-        let length = usize::try_from(self.length()?).map_err(|error| error.to_string())?;
-        bytes.try_reserve_exact(length).map_err(|error| error.to_string())?;
-        self.write_to(&mut bytes)?;
-        Ok(bytes)
+    pub fn to_pieces(&self) -> Result<Vec<Vec<u8>>, String> {
+        let tiles = || self.tiles.par_chunks(TILES).map(|tiles| copied(|out| each(tiles, out))).collect();
+        let (tiles, rest) = rayon::join(tiles, || copied(|out| one(&self.rest, out)));
+        let tiles: Result<Vec<Vec<u8>>, String> = tiles;
+        // A list is its length, then one element after the other.
+        let length = copied(|out| one(&self.tiles.len(), out))?;
+        Ok(std::iter::once(length).chain(tiles?).chain(std::iter::once(rest?)).collect())
     }
 
     /// How many they are.
@@ -84,23 +103,44 @@ impl KeptRef<'_> {
     /// # Errors
     /// In words.
     pub fn length(&self) -> Result<u64, String> {
-        let mut count = Count(0);
-        self.write_to(&mut count).map(|()| count.0)
+        length(|out| one(self, out))
     }
 
     /// The same bytes, to where they go.
     ///
     /// # Errors
     /// What that says.
-    pub fn write_to(&self, out: &mut dyn std::io::Write) -> Result<(), String> {
-        postcard::to_io(self, out).map(drop).map_err(|error| error.to_string())
+    pub fn write_to(&self, out: &mut dyn Write) -> Result<(), String> {
+        one(self, out)
     }
+}
+
+fn one(value: &impl Serialize, out: &mut dyn Write) -> Result<(), String> {
+    postcard::to_io(value, out).map(drop).map_err(|error| error.to_string())
+}
+
+fn each(list: &[impl Serialize], out: &mut dyn Write) -> Result<(), String> {
+    list.iter().try_for_each(|value| one(value, out))
+}
+
+fn length(write: impl Fn(&mut dyn Write) -> Result<(), String>) -> Result<u64, String> {
+    let mut count = Count(0);
+    write(&mut count).map(|()| count.0)
+}
+
+/// What `write` writes, in memory that is taken at once: a list that doubles as it grows would be copied several times.
+fn copied(write: impl Fn(&mut dyn Write) -> Result<(), String>) -> Result<Vec<u8>, String> {
+    let length = usize::try_from(length(&write)?).map_err(|error| error.to_string())?;
+    let mut bytes = vec![];
+    bytes.try_reserve_exact(length).map_err(|error| error.to_string())?;
+    write(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// Counts what is written to it.
 struct Count(u64);
 
-impl std::io::Write for Count {
+impl Write for Count {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.0 += bytes.len() as u64;
         Ok(bytes.len())
