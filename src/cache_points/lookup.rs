@@ -2,7 +2,7 @@
 //! here space is cut into octants until each holds the list of the few points that are nearest anywhere in it. A lookup is one way
 //! down and a short scan. Far from all points, where it makes no difference, the point found may be up to twice as far as the nearest.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A, Vec4};
 use rayon::prelude::*;
 
 use super::order::UnitSpace;
@@ -37,11 +37,21 @@ pub struct NearestPoint {
 }
 
 /// A point of a list.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 struct Entry {
     /// In unit space.
     p: Vec3,
     index: u32,
+}
+
+impl Entry {
+    /// Its place, ready to be reckoned with as a whole.
+    #[inline(always)]
+    fn place(&self) -> Vec3A {
+        // Without the index: as part of a number it would be one of those that processors are slow with.
+        Vec3A::from_vec4(Vec4::from_array(bytemuck::cast(*self)).with_w(0.0))
+    }
 }
 
 impl NearestPoint {
@@ -50,7 +60,7 @@ impl NearestPoint {
         let space = UnitSpace::around(points.iter().copied());
         let entries: Vec<Entry> =
             points.iter().enumerate().map(|(i, &p)| Entry { p: space.to_unit(p), index: i as u32 }).collect();
-        let Branch { cells, lists } = Branch::divide(Cube { low: Vec3::ZERO, edge: 1.0 }, &entries, 0);
+        let Branch { cells, lists } = Branch::divide(Cube { low: Vec3A::ZERO, edge: 1.0 }, &entries, 0);
         Self { space, cells, lists }
     }
 
@@ -87,43 +97,53 @@ impl NearestPoint {
 
 #[derive(Clone, Copy)]
 struct Cube {
-    low: Vec3,
+    low: Vec3A,
     edge: f32,
 }
 
 impl Cube {
     fn octant(&self, number: usize) -> Self {
         let edge = 0.5 * self.edge;
-        let offset = Vec3::new((number & 1) as f32, (number >> 1 & 1) as f32, (number >> 2) as f32);
+        let offset = Vec3A::new((number & 1) as f32, (number >> 1 & 1) as f32, (number >> 2) as f32);
         Self { low: self.low + offset * edge, edge }
     }
 
-    fn nearest_square(&self, p: Vec3) -> f32 {
-        (self.low - p).max(p - self.low - self.edge).max(Vec3::ZERO).length_squared()
+    #[inline(always)]
+    fn nearest_square(&self, p: Vec3A) -> f32 {
+        (self.low - p).max(p - self.low - self.edge).max(Vec3A::ZERO).length_squared()
     }
 
-    fn farthest_square(&self, p: Vec3) -> f32 {
+    #[inline(always)]
+    fn farthest_square(&self, p: Vec3A) -> f32 {
         (p - self.low).abs().max((self.low + self.edge - p).abs()).length_squared()
     }
 }
 
 /// The points that are nearest to places on a grid over the cell, faces included.
 fn nearest_to_grid(cube: Cube, list: &[Entry]) -> Vec<Entry> {
+    /// Where a group has room for more: farther than any point, and its square is finite.
+    const NOWHERE: f32 = 1e18;
+    // Four at a time, each coordinate for itself: this is much of the work of building.
+    let coordinate =
+        |group: &[Entry], axis| Vec4::from_array([0, 1, 2, 3].map(|k| group.get(k).map_or(NOWHERE, |e| e.p[axis])));
+    let groups: Vec<[Vec4; 3]> = list.chunks(4).map(|group| [0, 1, 2].map(|axis| coordinate(group, axis))).collect();
+    let mut squares = vec![Vec4::ZERO; groups.len()];
     let mut is_kept = vec![false; list.len()];
-    // Coordinates side by side, so that the processor takes several at once: this is most of the work of building.
-    let [xs, ys, zs] = [0, 1, 2].map(|axis| list.iter().map(|entry| entry.p[axis]).collect::<Vec<f32>>());
-    let mut squares = vec![0.0f32; list.len()];
     for place in 0..GRID.pow(3) {
         let [x, y, z] =
             [place % GRID, place / GRID % GRID, place / (GRID * GRID)].map(|i| i as f32 / (GRID - 1) as f32);
-        let p = cube.low + cube.edge * Vec3::new(x, y, z);
-        for (((square, x), y), z) in squares.iter_mut().zip(&xs).zip(&ys).zip(&zs) {
+        let p = Vec3::from(cube.low) + cube.edge * Vec3::new(x, y, z);
+        let mut least = Vec4::INFINITY;
+        for (square, [x, y, z]) in squares.iter_mut().zip(&groups) {
             let (x, y, z) = (x - p.x, y - p.y, z - p.z);
             *square = x * x + y * y + z * z;
+            least = least.min(*square);
         }
-        let least = squares.iter().copied().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
-        let nearest = squares.iter().position(|&square| square == least);
-        is_kept[nearest.unwrap_or(0)] = true;
+        let least = Vec4::splat(least.min_element());
+        let mut found = squares.iter().map(|square| square.cmpeq(least).bitmask()).enumerate();
+        if let Some((group, lanes)) = found.find(|(_, lanes)| *lanes != 0) {
+            is_kept[4 * group + lanes.trailing_zeros() as usize] = true;
+        }
     }
     list.iter().zip(is_kept).filter(|(_, kept)| *kept).map(|(entry, _)| *entry).collect()
 }
@@ -142,9 +162,17 @@ impl Branch {
     /// `above` are the points that may be nearest in the cell around `cube`, in the order of their numbers.
     fn divide(cube: Cube, above: &[Entry], depth: u32) -> Self {
         // Some point is at most this far from any place in the cell: what is farther from all of it is never the nearest.
-        let reach = above.iter().map(|e| cube.farthest_square(e.p)).fold(f32::INFINITY, f32::min);
-        let mut list: Vec<Entry> = above.iter().filter(|e| cube.nearest_square(e.p) <= reach).copied().collect();
-        let nearest = list.iter().map(|e| cube.nearest_square(e.p)).fold(f32::INFINITY, f32::min);
+        let least = |a: f32, b: f32| if b < a { b } else { a };
+        let reach = above.iter().map(|e| cube.farthest_square(e.place())).fold(f32::INFINITY, least);
+        let mut nearest = f32::INFINITY;
+        let mut list: Vec<Entry> = vec![];
+        for entry in above {
+            let square = cube.nearest_square(entry.place());
+            if square <= reach {
+                nearest = least(nearest, square);
+                list.push(*entry);
+            }
+        }
         if list.len() <= MANY || depth == DEEPEST || nearest > FAR * FAR * 3.0 * cube.edge * cube.edge {
             if list.len() > FEW {
                 list = nearest_to_grid(cube, &list);
