@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::blur::BlurWeights;
 use super::hierarchy::{Cluster, Hierarchy};
 use super::table::{BINS, OMNIDIRECTIONAL, Sensors};
+use crate::light::contribution::PLANE_NORMALS;
 use crate::light::{LightId, LightRef, Lights, Receiver};
 
 /// The share of the energy that is looked into.
@@ -37,9 +38,6 @@ pub enum Gathering {
     #[default]
     Hierarchy,
 }
-
-/// The outward normals of the six planes.
-pub const PLANE_NORMALS: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
 
 /// A place with the size of its surroundings.
 #[derive(Clone, Copy, Debug)]
@@ -206,6 +204,9 @@ fn strongest(mut near: Vec<(f32, Cluster)>) -> Vec<Cluster> {
 
 /// What each sensor at `p` receives of a cluster, unoccluded.
 pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec3) -> Sensors {
+    if let Some(light) = hierarchy.light(cluster) {
+        return lights.contributions_on_planes(light, p);
+    }
     std::array::from_fn(|bin| {
         let receiver =
             if bin == OMNIDIRECTIONAL { Receiver::medium(p) } else { Receiver::surface(p, PLANE_NORMALS[bin], false) };

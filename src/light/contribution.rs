@@ -31,9 +31,28 @@ impl Lights {
             LightRef::Infinite(light) => light.contribution(receiver),
             LightRef::Volume(light) => light.contribution(receiver),
         };
-        // NaN becomes 0.
-        if value > 0.0 { value.min(f32::MAX) } else { 0.0 }
+        usable(value)
     }
+
+    /// [`Lights::contribution`] to planes at `p` that face +x, −x, +y, −y, +z and −z, and to a medium there.
+    pub fn contributions_on_planes(&self, id: LightId, p: Vec3) -> [f32; 7] {
+        match self.get(id) {
+            LightRef::Area(light) => Emitter::of(light).on_planes(p).map(usable),
+            _ => std::array::from_fn(|k| match PLANE_NORMALS.get(k) {
+                Some(&normal) => self.contribution(id, &Receiver::surface(p, normal, false)),
+                None => self.contribution(id, &Receiver::medium(p)),
+            }),
+        }
+    }
+}
+
+/// The outward normals of six planes.
+pub const PLANE_NORMALS: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+
+/// NaN becomes 0.
+#[inline]
+fn usable(value: f32) -> f32 {
+    if value > 0.0 { value.min(f32::MAX) } else { 0.0 }
 }
 
 impl Lights {

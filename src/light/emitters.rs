@@ -65,6 +65,25 @@ impl Emitter {
     /// The contribution at `p` with the normal `n`, where the kind has one.
     #[inline(always)]
     fn contribution(&self, kind: Kind, p: Vec3, n: Vec3) -> f32 {
+        let seen = self.seen_from(p);
+        seen.contribution(match kind {
+            Kind::Medium => 1.0,
+            Kind::OneSided => seen.received(n.dot(seen.wi)),
+            Kind::TwoSided => cos_less(n.dot(seen.wi).abs(), seen.cos_spread),
+        })
+    }
+
+    /// What planes at `p` that face +x, −x, +y, −y, +z and −z receive, and what arrives in all.
+    pub(super) fn on_planes(&self, p: Vec3) -> [f32; 7] {
+        let seen = self.seen_from(p);
+        let [x, y, z] = seen.wi.to_array();
+        let of = |cos| seen.contribution(seen.received(cos));
+        [of(x), of(-x), of(y), of(-y), of(z), of(-z), seen.contribution(1.0)]
+    }
+
+    /// What its contribution at `p` depends on, but for the cosine there.
+    #[inline(always)]
+    fn seen_from(&self, p: Vec3) -> Seen {
         let to_light = self.centre - p;
         let square = to_light.length_squared();
         let near = larger(square, self.radius_squared);
@@ -76,14 +95,8 @@ impl Emitter {
         let cos = if self.two_sided > 0.0 { cos.abs() } else { cos };
         // The normals' cone widened by what the bounding sphere spans.
         let facing = larger(cos_less(cos_less(cos, self.cos_normals), cos_spread), 0.0);
-        let received = match kind {
-            Kind::Medium => 1.0,
-            Kind::OneSided => larger(cos_less(n.dot(wi), cos_spread), 0.0),
-            Kind::TwoSided => cos_less(n.dot(wi).abs(), cos_spread),
-        };
-        // From inside the bounds every direction may lead to it and any side may show.
         let is_inside = square <= self.radius_squared * INSIDE;
-        self.strength / near * if is_inside { 1.0 } else { facing * received }
+        Seen { wi, cos_spread, facing, is_inside, arriving: self.strength / near }
     }
 
     /// The contribution at `receiver`.
@@ -93,6 +106,34 @@ impl Emitter {
             Receiver::Surface { p, ns, two_sided: false, .. } => self.contribution(Kind::OneSided, p, ns),
             Receiver::Surface { p, ns, two_sided: true, .. } => self.contribution(Kind::TwoSided, p, ns),
         }
+    }
+}
+
+/// An emitter, seen from somewhere.
+struct Seen {
+    /// Unit direction to its centre.
+    wi: Vec3,
+    /// Cosine of the angle that its sphere spans.
+    cos_spread: f32,
+    /// The cosine at the emitter.
+    facing: f32,
+    /// Whether that is within its sphere.
+    is_inside: bool,
+    /// All that would arrive if both cosines were 1.
+    arriving: f32,
+}
+
+impl Seen {
+    /// The largest cosine at a surface whose normal and the direction to the centre have the cosine `cos`; 0 if all of it is behind.
+    #[inline(always)]
+    fn received(&self, cos: f32) -> f32 {
+        larger(cos_less(cos, self.cos_spread), 0.0)
+    }
+
+    #[inline(always)]
+    fn contribution(&self, received: f32) -> f32 {
+        // From inside the bounds every direction may lead to it and any side may show.
+        self.arriving * if self.is_inside { 1.0 } else { self.facing * received }
     }
 }
 
