@@ -92,6 +92,42 @@ fn parts_add_up_to_the_whole() {
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5 * a.abs().max(1e-2)));
 }
 
+/// Where lights are learned each part learns for itself, so the merged image has other noise than one render's, and the same mean: over the whole image and in blocks of it.
+/// False-alarm rate: 2e-6.
+#[test]
+fn parts_that_learn_are_as_right_as_the_whole() {
+    const SEEDS: u32 = 6;
+    let folder = Folder::new("parts-learn");
+    folder.write("s.pbrt", lamps());
+    let run = |name: &str, seed: u32, more: &[&str]| {
+        let seed = seed.to_string();
+        let common = ["--lights", "cache-points", "--resolution", "64x64", "--spp", "32", "--seed", &seed];
+        folder.run(&render(name, &[&common[..], more].concat())).code(0);
+        name.to_owned()
+    };
+    let (mut wholes, mut parts) = (vec![], vec![]);
+    for seed in 0..SEEDS {
+        wholes.push(run(&format!("whole{seed}.exr"), seed, &[]));
+        let part = |k| run(&format!("part{seed}-{k}.exr"), 100 + seed, &["--part", &format!("{k}/8")]);
+        parts.extend((1..=8).map(part));
+    }
+    for (images, merged) in [(&wholes, "whole.exr"), (&parts, "parts.exr")] {
+        let names: Vec<&str> = images.iter().map(String::as_str).collect();
+        folder.run(&[&["merge", "-o", merged], &names[..]].concat()).code(0).says("192 spp from");
+    }
+    let compared = folder.run(&["compare", "parts.exr", "whole.exr", "--json"]).code(0).out.clone();
+    let compared: serde_json::Value = serde_json::from_str(&compared).expect("it is JSON");
+    let number = |path: &str| compared.pointer(path).and_then(serde_json::Value::as_f64).expect(path);
+    // The interval is one of 95 %.
+    let error = (number("/bias/interval/1") - number("/bias/interval/0")) / (2.0 * 1.96);
+    let (z, blocks) = (number("/bias/value") / error, number("/blocks/count"));
+    let most = 1.0 + 6.5 * (2.0 / blocks).sqrt();
+    let found = number("/blocks/mean_z_squared");
+    println!("bias {z:.2} standard errors, mean z² of {blocks} blocks {found:.2}, at most {most:.2}");
+    assert!(error < 0.01 * number("/mean_b"), "{error} is too large to tell");
+    assert!(z.abs() < 4.9 && found < most);
+}
+
 #[test]
 fn parts_that_do_not_belong_together_are_refused() {
     let folder = Folder::new("parts-refused");
