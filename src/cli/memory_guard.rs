@@ -121,3 +121,40 @@ impl Drop for Guarded {
         self.0.over.store(true, Ordering::Relaxed);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+
+    /// Whether a render in that phase is stopped within a few looks, and says why.
+    fn is_stopped(phase: Phase, limit: u64) -> bool {
+        let (guard, interrupts) = (Arc::new(MemoryGuard::default()), Arc::new(Interrupts::default()));
+        let guarded = Guarded(guard.clone());
+        guarded.enter(phase);
+        let looking = {
+            let interrupts = interrupts.clone();
+            std::thread::spawn(move || guard.look(limit, &interrupts, &|error| panic!("{error}")))
+        };
+        let (start, few) = (Instant::now(), PAUSE * (PATIENCE + 4));
+        while start.elapsed() < few && !interrupts.stop.load(Ordering::Relaxed) {
+            std::thread::sleep(SHORT_PAUSE);
+        }
+        let told = guarded.stopped().map(|reason| reason.to_string());
+        drop(guarded);
+        looking.join().expect("it looks no more");
+        let stopped = interrupts.stop.load(Ordering::Relaxed);
+        assert_eq!(told.is_some_and(|told| told.contains("out of memory")), stopped);
+        stopped
+    }
+
+    #[test]
+    fn a_render_that_takes_too_much_is_stopped() {
+        let rendering = || Phase::Rendering(Weak::new());
+        assert!(is_stopped(rendering(), memory::resident() / 2));
+        assert!(!is_stopped(rendering(), u64::MAX / 2));
+        // What there is is being written: that goes on.
+        assert!(!is_stopped(Phase::Writing, memory::resident() / 2));
+    }
+}

@@ -30,7 +30,7 @@ pub enum Dimension {
     Time = 1,
     /// BSDF or phase function sampling (3, 2) and then Russian roulette (1).
     Scatter = 2,
-    /// Choice of a light (1), point on it (2), part of it (1).
+    /// Choice of a light (1), point on it (2), part of it (1). Where it is resampled: choice of lights (1), of one among them (1), point on it (2).
     Light = 3,
     /// Choice among mixed materials (1).
     Mix = 4,
@@ -42,7 +42,7 @@ pub enum Dimension {
     Opacity = 7,
     /// Random walks inside layered materials: seeds a stream.
     Layers = 8,
-    /// Choice among candidates for a light sample (1).
+    /// Part of a light that is resampled (1).
     Resample = 9,
     /// Distance of in-scatter sampling (1), whether there is one (1), choice among overlapping media (1).
     InScatter = 10,
