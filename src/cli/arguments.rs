@@ -356,6 +356,7 @@ impl RenderArguments {
             frame: None,
             save_cache: self.share.save_cache.clone(),
             load_cache: self.share.load_cache.clone(),
+            freeze_cache: self.share.freeze_cache,
             threads: self.threads.map(|n| n as usize),
             lights: self.lights,
             splitting: self.splitting,

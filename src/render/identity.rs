@@ -53,6 +53,7 @@ impl Identity {
             frame: None,
             seed: None,
             load_cache: None,
+            freeze_cache: false,
             ..what_shows(settings)
         };
         let mut text = crc32fast::Hasher::new();

@@ -156,6 +156,8 @@ pub struct Job {
     pub seed: u32,
     /// Whether the last pass is learned from as well: for other renders.
     pub teaches: bool,
+    /// Whether nothing more is learned than was known before the first pass.
+    pub is_frozen: bool,
     /// The samples that taught it what it begins with.
     pub taught_by: Vec<Taken>,
     /// What its first pass goes by, where another render has taught it.
@@ -256,21 +258,26 @@ impl Job {
     /// A pass begins where `done` samples a pixel have been taken. Returns whether what earlier passes found has a say in its paths.
     fn begin_pass(&mut self, guides: &mut Guides, done: u32) -> bool {
         let mixing = &mut guides.mixing;
-        mixing.begin_pass(done);
+        if !self.is_frozen {
+            mixing.begin_pass(done);
+        }
         if !mixing.is_off() && self.world.equi_angular.is_none() {
             self.world.begin_scattering();
         }
-        self.world.light_choice.learns() || mixing.adapts() && !mixing.is_off()
+        !self.is_frozen && (self.world.light_choice.learns() || mixing.adapts() && !mixing.is_off())
     }
 
     /// A pass of so many samples a pixel is over, and another one follows: takes over what it taught.
     fn learn(&mut self, guides: &mut Guides, pass: u32) {
+        if let Some(splitting) = &mut guides.splitting {
+            splitting.decide();
+        }
+        if self.is_frozen {
+            return;
+        }
         guides.mixing.decide(pass);
         if guides.mixing.is_off() {
             self.world.light_choice.end_scattering();
-        }
-        if let Some(splitting) = &mut guides.splitting {
-            splitting.decide();
         }
         self.world.light_choice.learn(&self.world.lights);
     }

@@ -91,6 +91,9 @@ pub(super) struct CameraSample {
     pub weight: f32,
 }
 
+/// Sets the paths of renders that learn nothing more apart from those that taught.
+const FROZEN_SEED: u64 = 0x7b3d_90c5;
+
 /// Sets the numbers of rays that are split off apart from those of paths.
 const SPLIT_SEED: u64 = 0x5b1e_77d4_0a93_c6f2;
 
@@ -145,6 +148,11 @@ impl Pass<'_> {
         if !self.is_first() && self.learns {
             let seed = mix(u64::from(self.seed) << 32 | u64::from(first)) as u32;
             return [of_all, SampleId { seed, pixel, sample: sample - first }];
+        }
+        if self.job.is_frozen {
+            // Those that taught may be of the seed's own sequence, so all others are of another one.
+            let seed = mix(u64::from(self.seed) << 32 | FROZEN_SEED) as u32;
+            return [of_all, SampleId { seed, ..of_all }];
         }
         [of_all; 2]
     }

@@ -141,6 +141,7 @@ impl Job {
             scene_seed,
             seed,
             teaches: settings.save_cache.is_some(),
+            is_frozen: settings.freeze_cache,
             taught_by,
             taught: None,
             backend,

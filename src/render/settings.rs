@@ -140,6 +140,8 @@ pub struct RenderSettings {
     pub save_cache: Option<PathBuf>,
     /// What another render has learned.
     pub load_cache: Option<PathBuf>,
+    /// Whether that is all that is known of lights and of scattering points: nothing more is learned.
+    pub freeze_cache: bool,
     /// How a light is chosen.
     pub lights: LightSelection,
     /// Whether media that emit are chosen as lights.

@@ -92,6 +92,35 @@ fn parts_add_up_to_the_whole() {
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5 * a.abs().max(1e-2)));
 }
 
+/// Where a lesson is all that is known, parts have the very samples of the whole, however many passes they take.
+#[test]
+fn parts_that_learn_nothing_more_add_up_to_the_whole() {
+    let folder = Folder::new("parts-frozen");
+    folder.write("s.pbrt", lamps());
+    let learned = ["--lights", "cache-points", "--view-rays", "off"];
+    folder.run(&render("a.exr", &[&learned[..], &["--samples", "0..4", "--save-cache", "a.lesson"]].concat())).code(0);
+    let frozen = |out: &str, samples: &str| {
+        let more = ["--samples", samples, "--load-cache", "a.lesson", "--freeze-cache"];
+        folder.run(&render(out, &[&learned[..], &more].concat())).code(0);
+        image(&folder, out)
+    };
+    let whole = frozen("whole.exr", "4..27");
+    ["4..9", "9..20", "20..27"]
+        .iter()
+        .enumerate()
+        .for_each(|(k, samples)| drop(frozen(&format!("part{k}.exr"), samples)));
+    let parts = ["part0.exr", "part1.exr", "part2.exr"];
+    folder.run(&[&["merge", "--incomplete", "-o", "merged.exr"], &parts[..]].concat()).code(0).says("23 spp");
+    let merged = image(&folder, "merged.exr");
+    for name in ["R", "G", "B", "direct.R"] {
+        let [a, b] = [&whole, &merged].map(|image| image.channel(name).expect("it is there"));
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5 * a.abs().max(1e-2)), "{name}");
+    }
+    // With the first part they are a frame.
+    folder.run(&[&["merge", "-o", "all.exr", "a.exr"], &parts[..]].concat()).code(0).says("27 spp");
+    folder.run(&render("b.exr", &["--freeze-cache"])).code(2);
+}
+
 /// Where lights are learned each part learns for itself, so the merged image has other noise than one render's, and the same mean: over the whole image and in blocks of it.
 /// False-alarm rate: 2e-6.
 #[test]

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use lanternfish::cache_points::CacheSettings;
 use lanternfish::render::identity::Identity;
 use lanternfish::render::lesson::Lesson;
-use lanternfish::render::{Budget, Job, LightSelection, RenderSettings, Silent, load};
+use lanternfish::render::{Budget, Job, LightSelection, RenderSettings, Share, Silent, load};
 use lanternfish::scene::{Sources, Warnings};
 use rayon::prelude::*;
 
@@ -70,6 +70,51 @@ fn samples_do_not_fall_where_passes_before_have_learned_to_look() {
     println!("{mean:.5} ± {error:.5}, expected {expected:.5}");
     assert!(error < 0.01 * expected, "{error} is too large to tell");
     assert_mean("learning", mean, error, expected, SLACK);
+}
+
+/// A render that goes by a lesson alone takes samples of a sequence that the lesson's are not of: were they points of one, they would not fall where the lesson has learned to look.
+#[test]
+fn what_is_left_as_it_was_learned_is_no_bias() {
+    const SEEDS: u32 = 1000;
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.pbrt");
+    std::fs::write(&scene, SHOT.text(&ring())).expect("the scene can be written");
+    let cache = CacheSettings { candidates: Some(16), rehearse: false, ..CacheSettings::default() };
+    let (identity, stop) = (Identity::named("ring"), AtomicBool::new(false));
+    let render = |seed: u32| {
+        let kept = folder.path().join(format!("lesson{seed}"));
+        let render = |share, is_taught: bool| {
+            let settings = RenderSettings {
+                lights: LightSelection::CachePoints,
+                light_candidates: Some(1),
+                cache,
+                share,
+                seed: Some(seed),
+                save_cache: (!is_taught).then(|| kept.clone()),
+                load_cache: is_taught.then(|| kept.clone()),
+                freeze_cache: is_taught,
+                ..RenderSettings::default()
+            };
+            let lesson = is_taught.then(|| Lesson::read(&kept, &identity).expect("it is whole"));
+            let (read, timings) = load(&scene, &mut Sources::default(), &mut Warnings::default()).expect("a scene");
+            let job = Job::prepare_taught(&read, &settings, timings, &mut Warnings::default(), lesson);
+            let mut job = job.expect("it can be rendered");
+            let outcome = job.render(seed, job.budget, &stop, &Silent);
+            if !is_taught {
+                job.write_lesson(&outcome, &kept, &identity).expect("it can be written");
+            }
+            image_mean(&outcome.film).0[0]
+        };
+        render(Share::Samples(0..1), false);
+        let taught = render(Share::Samples(1..4), true);
+        std::fs::remove_file(&kept).expect("it is there");
+        taught
+    };
+    let (mean, variance) = of((0..SEEDS).into_par_iter().map(render).collect());
+    let (error, expected) = ((variance / f64::from(SEEDS)).sqrt(), expected());
+    println!("{mean:.5} ± {error:.5}, expected {expected:.5}");
+    assert!(error < 0.01 * expected, "{error} is too large to tell");
+    assert_mean("left as learned", mean, error, expected, SLACK);
 }
 
 /// Pilot paths learn before the first sample, from random numbers of their own: were those the samples' own, the pixel would be too dark.
