@@ -3,7 +3,7 @@
 //! **Ours.** The paper learns from the image's own samples alone (section 3.2), so its first passes know nothing, and with few samples a pixel they are a
 //! large part of the image. A vertex that there is can try many lights for little more than their shadow rays, so few paths teach as much as several passes. In `rooms` at 480 × 270 pixels and 8
 //! spp that took the RMSE of gathered light to 0.59 times as much and the processor time to 1.12, in `house` to 0.91 and 1.12; at 160 × 90 and 32 spp to 0.73 and
-//! 1.08, 0.94 and 1.03 (two or three seeds).
+//! 1.13, 0.94 and 1.03 (two or three seeds).
 //!
 //! The paths have random numbers of their own, so that what they teach is independent of every sample of the image.
 
@@ -17,7 +17,7 @@ use crate::integrator::in_scatter::alternatives::Mix;
 use crate::integrator::{Counters, PathSettings, Scratch, World};
 
 /// How often pilot paths are traced, each time with what was learned before. A third time took the squared error at 32 spp to 0.94 times as much in `rooms` and 0.99 in
-/// `house` (160 × 90 pixels, three seeds), and the processor time to 1.04 and 1.06.
+/// `house` (160 × 90 pixels, three seeds), and the processor time to 1.04 and 1.07.
 const ROUNDS: u32 = 2;
 /// Lights that each vertex tries.
 const TRIES: u32 = 16;
