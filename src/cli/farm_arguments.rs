@@ -43,6 +43,10 @@ pub struct JobArguments {
     /// The program on the farm's machines [default: this one].
     #[arg(long, value_name = "PATH")]
     pub program: Option<PathBuf>,
+    /// Let each part learn for itself. Otherwise the first samples of each frame are a task of their own that its parts wait for: what it learns about the lights they all begin
+    /// with, and no part has to build it again.
+    #[arg(long)]
+    pub no_lesson: bool,
     /// Keep the parts when they are merged.
     #[arg(long)]
     pub keep_parts: bool,

@@ -77,6 +77,7 @@ fn prepare(arguments: &JobArguments, frames_per_task: u32, more: &[&str]) -> Res
         parts: arguments.parts,
         frames,
         frames_per_task,
+        teaches: !arguments.no_lesson,
         keep_parts: arguments.keep_parts,
         options: arguments.options.clone(),
     };
@@ -158,48 +159,67 @@ fn to_slurm(arguments: &SlurmArguments) -> Result<(), Failure> {
     options.check(&job)?;
     let folder = Path::new(&job.folder);
     make_folder(&folder.join("logs"))?;
-    let render = folder.join(slurm::RENDER);
-    write(&render, &slurm::render_script(&job, &options)?)?;
-    let merge = match slurm::merge_script(&job, &options)? {
-        Some(text) => {
-            make_folder(&folder.join("parts"))?;
-            let path = folder.join(slurm::MERGE);
-            write(&path, &text)?;
-            Some(path)
-        }
-        None => None,
-    };
-    let (tasks, chunks) = (job.tasks(), job.chunks());
-    if arguments.dry_run {
-        tell(format!("{tasks} tasks render: {}", typed(["sbatch", &render.to_string_lossy()])));
-        if let Some(merge) = merge {
-            let [after, kill] = slurm::dependency("NUMBER");
-            tell(format!(
-                "{chunks} tasks merge, with the NUMBER of that job: {}",
-                typed(["sbatch", &after, &kill, &merge.to_string_lossy()])
-            ));
-        }
-        return Ok(());
+    if job.parts > 1 {
+        make_folder(&folder.join("parts"))?;
     }
-    let number = submit(&render, &[], tasks)?;
-    tell(format!("job {number}: {tasks} tasks render"));
-    if let Some(merge) = merge {
-        match submit(&merge, &slurm::dependency(&number), chunks) {
-            Ok(number) => tell(format!("job {number}: {chunks} tasks merge")),
+    let (tasks, chunks) = (job.tasks(), job.chunks());
+    // What runs, in this order, each with what it waits for.
+    let stages = [
+        (slurm::LESSON, slurm::lesson_script(&job, &options)?, chunks, "teach"),
+        (slurm::RENDER, Some(slurm::render_script(&job, &options)?), tasks, "render"),
+        (slurm::MERGE, slurm::merge_script(&job, &options)?, chunks, "merge"),
+    ];
+    let stages: Vec<Stage> = stages
+        .into_iter()
+        .filter_map(|(name, text, tasks, does)| Some(Stage { path: folder.join(name), text: text?, tasks, does }))
+        .collect();
+    stages.iter().try_for_each(|stage| write(&stage.path, &stage.text))?;
+    let mut numbers: Vec<String> = vec![];
+    for stage in &stages {
+        let Stage { path, tasks, does, .. } = stage;
+        let options = numbers.last().map_or(vec![], |number| match *does {
+            "render" => slurm::after_lessons(number),
+            _ => slurm::after_renders(number),
+        });
+        if arguments.dry_run {
+            let path = path.to_string_lossy();
+            let words = ["sbatch"].into_iter().chain(options.iter().map(String::as_str)).chain([path.as_ref()]);
+            let after = if options.is_empty() { "" } else { ", with the NUMBER of that job" };
+            tell(format!("{tasks} tasks {does}{after}: {}", typed(words)));
+            numbers.push("NUMBER".to_owned());
+            continue;
+        }
+        match submit(path, &options, *tasks) {
+            Ok(number) => {
+                tell(format!("job {number}: {tasks} tasks {does}"));
+                numbers.push(number);
+            }
             Err(failure) => {
                 // Parts that nothing merges would be of no use.
-                let ended = Process::new("scancel").arg(&number).stdin(Stdio::null()).status();
-                let is_ended = ended.is_ok_and(|status| status.success());
-                say(format!(
-                    "job {number} is {}",
-                    if is_ended { "cancelled" } else { "still there: cancel it with scancel" }
-                ));
+                numbers.iter().for_each(|number| cancel(number));
                 return Err(failure);
             }
         }
     }
+    if arguments.dry_run {
+        return Ok(());
+    }
     tell(format!("logs: {}", folder.join("logs").display()));
     Ok(())
+}
+
+/// An array of tasks.
+struct Stage {
+    path: PathBuf,
+    text: String,
+    tasks: u64,
+    does: &'static str,
+}
+
+fn cancel(number: &str) {
+    let ended = Process::new("scancel").arg(number).stdin(Stdio::null()).status();
+    let is_ended = ended.is_ok_and(|status| status.success());
+    say(format!("job {number} is {}", if is_ended { "cancelled" } else { "still there: cancel it with scancel" }));
 }
 
 /// Hands a script to `sbatch`, which says on the error output what it does not like; the number of its job.

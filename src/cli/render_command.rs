@@ -17,7 +17,7 @@ use crate::film::RejectedSample;
 use crate::geometry::trace::TraceError;
 use crate::render::identity::Identity;
 use crate::render::lesson::Lesson;
-use crate::render::{Budget, Job, PngOutput, RenderError, RenderSettings, ReplayError, inputs, load, memory};
+use crate::render::{Budget, Job, PngOutput, RenderError, RenderSettings, ReplayError, Share, inputs, load, memory};
 use crate::scene::{SceneErrorKind, Sources, Warnings};
 use crate::system::output::check_writable;
 
@@ -77,6 +77,7 @@ pub fn report_end(result: Result<ExitStatus, RenderError>, sources: &Sources) ->
                 | RenderError::Replay(ReplayError::Pixel(..) | ReplayError::Sample { .. })
                 | RenderError::Share(_)
                 | RenderError::NoPlace { .. }
+                | RenderError::Lessonless(_)
                 | RenderError::Ending { .. } => ExitStatus::Usage,
                 RenderError::Checkpoint(_) | RenderError::Lesson(_) => ExitStatus::BadInput,
                 RenderError::Replay(ReplayError::Interrupted) => ExitStatus::Interrupted,
@@ -95,6 +96,9 @@ fn render(arguments: &RenderArguments, settings: &RenderSettings) -> Result<Exit
     // What the command line names is known to be wrong before a scene is read.
     if let Some(wrong) = settings.output.as_deref().filter(|path| is_other_picture(path)) {
         return Err(RenderError::Ending { path: wrong.to_owned() });
+    }
+    if let (Share::Lesson { of }, None) = (&settings.share, &settings.save_cache) {
+        return Err(RenderError::Lessonless(*of));
     }
     let frames: Vec<Option<i32>> =
         arguments.share.frames.map_or(vec![None], |frames: Frames| frames.numbers().map(Some).collect());

@@ -15,7 +15,7 @@ use crate::render::identity::Identity;
 use crate::render::lesson::Lesson;
 use crate::render::memory::few_candidates;
 use crate::render::stats::Statistics;
-use crate::render::{Budget, Job, Progress, RenderError, RenderSettings, Share, inputs, load, seed_of};
+use crate::render::{Budget, Job, Progress, RenderError, RenderSettings, inputs, load, seed_of};
 use crate::scene::{Sources, Warnings};
 use crate::system::clock::cpu_seconds;
 use crate::system::memory::{limit, peak_memory};
@@ -131,10 +131,7 @@ impl Studio<'_> {
             version: env!("CARGO_PKG_VERSION"),
             scene: path.display().to_string(),
             frame: settings.frame,
-            part: match settings.share {
-                Share::Part { number, of } => Some(format!("{number}/{of}")),
-                Share::Whole | Share::Samples(_) => None,
-            },
+            part: settings.share.part().map(|[number, of]| format!("{number}/{of}")),
             seed,
             threads: pool.current_num_threads(),
             backend: job.world.tracer.name(),

@@ -14,7 +14,8 @@ pub struct ShareArguments {
     /// Take only samples A up to B, without B, of each pixel: `merge` joins them with others of the frame. Samples count from 0.
     #[arg(long, value_name = "A..B", value_parser = samples, conflicts_with_all = ["time", "error"], help_heading = "Farms")]
     pub samples: Option<Range<u32>>,
-    /// Take only part K of N of the samples of each pixel; with --time all parts take that long.
+    /// Take only part K of N of the samples of each pixel; with --time all parts take that long. Part 0 is a lesson for the others: the first samples, with
+    /// --save-cache; with its file as --load-cache parts are those of the other samples.
     #[arg(long, value_name = "K/N", value_parser = part, conflicts_with_all = ["samples", "error"], help_heading = "Farms")]
     pub part: Option<[u32; 2]>,
     /// Render frames A to B, both among them: `####` in the names of the scene and of outputs is the frame's number, in at least as many digits. Each frame has
@@ -37,6 +38,7 @@ impl ShareArguments {
     pub fn share(&self) -> Share {
         match (&self.samples, self.part) {
             (Some(samples), _) => Share::Samples(samples.clone()),
+            (None, Some([0, of])) => Share::Lesson { of },
             (None, Some([number, of])) => Share::Part { number, of },
             (None, None) => Share::Whole,
         }
@@ -52,8 +54,8 @@ fn samples(text: &str) -> Result<Range<u32>, String> {
 
 fn part(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once('/').and_then(|(k, n)| Some([k.trim().parse().ok()?, n.trim().parse().ok()?]));
-    let parts = parts.filter(|&[number, of]: &[u32; 2]| 0 < number && number <= of && of <= 1 << 16);
-    parts.ok_or_else(|| "expected K/N with K from 1 to N, and N at most 65536".to_owned())
+    let parts = parts.filter(|&[number, of]: &[u32; 2]| number <= of && (1..=1 << 16).contains(&of));
+    parts.ok_or_else(|| "expected K/N with K from 0 to N, and N from 1 to 65536".to_owned())
 }
 
 #[cfg(test)]
@@ -67,8 +69,8 @@ mod tests {
         for wrong in ["", "3", "3..3", "4..3", "-1..3", "1..=3", "..3", "3..", "0..4294967295"] {
             assert!(samples(wrong).is_err(), "{wrong}");
         }
-        assert_eq!(part("8/8"), Ok([8, 8]));
-        for wrong in ["", "1", "0/8", "9/8", "1/0", "1/65537", "a/b", "-1/3"] {
+        assert_eq!([part("8/8"), part("0/8")], [Ok([8, 8]), Ok([0, 8])]);
+        for wrong in ["", "1", "9/8", "1/0", "0/0", "1/65537", "a/b", "-1/3"] {
             assert!(part(wrong).is_err(), "{wrong}");
         }
     }

@@ -23,6 +23,8 @@ pub struct FarmJob {
     pub frames: Option<RangeInclusive<i32>>,
     /// How many frames a task renders one after the other, at least 1.
     pub frames_per_task: u32,
+    /// Let the first samples of each frame teach its parts; see [`FarmJob::has_lesson`].
+    pub teaches: bool,
     /// Keep the parts when they are merged.
     pub keep_parts: bool,
     /// Options of `lanternfish render`, for every task.
@@ -88,6 +90,11 @@ impl FarmJob {
             Some((_, value)) => Some(value),
             None => words.next().map(String::as_str).filter(|word| !word.starts_with('-')),
         }
+    }
+
+    /// Whether the first samples of each frame are a task of their own that the parts wait for, and learn from: where there are parts, and the options name no other teacher.
+    pub fn has_lesson(&self) -> bool {
+        self.teaches && self.parts > 1 && !self.has_option("--load-cache")
     }
 
     /// Whether the options say something of `name`.

@@ -1,4 +1,4 @@
-//! A job template of Open Job Description, for AWS Deadline Cloud and whatever else reads it: a step that renders, with a task for each part of each
+//! A job template of Open Job Description, for AWS Deadline Cloud and whatever else reads it: a step for the lesson of each frame, a step that renders, with a task for each part of each
 //! frame, and a step that merges. After the specification `jobtemplate-2023-09` (github.com/OpenJobDescription/openjd-specifications,
 //! "2023-09-Template-Schemas"); section names below are its own.
 //!
@@ -136,7 +136,12 @@ pub fn template(job: &FarmJob) -> Result<(Template, Values), FarmError> {
             "Renders with Lanternfish: every frame in parts, which are merged. Written by `lanternfish farm openjd`."
                 .to_owned(),
         parameter_definitions: parameters,
-        steps: vec![render_step(job), merge_step(job)],
+        steps: job
+            .has_lesson()
+            .then(|| lesson_step(job))
+            .into_iter()
+            .chain([render_step(job), merge_step(job)])
+            .collect(),
     };
     Ok((template, values))
 }
@@ -147,29 +152,48 @@ pub fn bundle_values(values: &[(&'static str, String)]) -> Value {
     json!({ "parameterValues": values })
 }
 
+/// What the scripts call the parts of a frame that go by a lesson, and those that do not.
+fn is_taught(job: &FarmJob) -> &'static str {
+    if job.has_lesson() { "yes" } else { "no" }
+}
+
+fn lesson_step(job: &FarmJob) -> Step {
+    let space = job.frames.is_some().then(|| json!({ "taskParameterDefinitions": [frame_parameter()] }));
+    Step { name: "Lesson", dependencies: None, ..rendering_step(job, "0", space) }
+}
+
 fn render_step(job: &FarmJob) -> Step {
+    let part = json!({ "name": "Part", "type": "INT", "range": "1-{{Param.Parts}}" });
+    let space = if job.frames.is_some() {
+        json!({ "taskParameterDefinitions": [frame_parameter(), part], "combination": "Frame * Part" })
+    } else {
+        json!({ "taskParameterDefinitions": [part] })
+    };
+    let dependencies = job.has_lesson().then(|| json!([{ "dependsOn": "Lesson" }]));
+    Step { name: "Render", dependencies, ..rendering_step(job, "{{Task.Param.Part}}", Some(space)) }
+}
+
+/// A step whose tasks render, each the part `part` of a frame.
+fn rendering_step(job: &FarmJob, part: &'static str, parameter_space: Option<Value>) -> Step {
     let mut arguments = vec![
         "{{Task.File.Render}}",
         "{{Param.Program}}",
         "{{Param.Scene}}",
         "{{Param.Output}}",
         "{{Param.Parts}}",
-        "{{Task.Param.Part}}",
+        part,
+        is_taught(job),
         "{{Param.RenderOptions}}",
     ];
-    let part = json!({ "name": "Part", "type": "INT", "range": "1-{{Param.Parts}}" });
-    let parameter_space = if job.frames.is_some() {
+    if job.frames.is_some() {
         arguments.push("{{Task.Param.Frame}}");
-        json!({ "taskParameterDefinitions": [frame_parameter(), part], "combination": "Frame * Part" })
-    } else {
-        json!({ "taskParameterDefinitions": [part] })
-    };
+    }
     let cancelation = json!({ "mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": NOTICE });
     Step {
         name: "Render",
         dependencies: None,
         host_requirements: host(),
-        parameter_space: Some(parameter_space),
+        parameter_space,
         script: Script {
             actions: json!({ "onRun": { "command": "sh", "args": arguments, "cancelation": cancelation } }),
             embedded_files: text_file("Render", include_str!("openjd_render.sh").to_owned()),
@@ -179,7 +203,8 @@ fn render_step(job: &FarmJob) -> Step {
 
 fn merge_step(job: &FarmJob) -> Step {
     let keep = if job.keep_parts { "yes" } else { "no" };
-    let mut arguments = vec!["{{Task.File.Merge}}", "{{Param.Program}}", "{{Param.Output}}", "{{Param.Parts}}", keep];
+    let mut arguments =
+        vec!["{{Task.File.Merge}}", "{{Param.Program}}", "{{Param.Output}}", "{{Param.Parts}}", is_taught(job), keep];
     let parameter_space = job.frames.is_some().then(|| {
         arguments.push("{{Task.Param.Frame}}");
         json!({ "taskParameterDefinitions": [frame_parameter()] })

@@ -1,6 +1,6 @@
-# Merges the parts of one frame. program output parts keep [frame]
+# Merges the parts of one frame; part 0 is the lesson, where they were taught. program output parts taught keep [frame]
 set -eu
-program=$1 output=$2 parts=$3 keep=$4 frame=${5-}
+program=$1 output=$2 parts=$3 taught=$4 keep=$5 frame=${6-}
 if [ "$parts" -le 1 ]; then
     echo "There is one part: the image is there."
     exit
@@ -13,9 +13,10 @@ if [ -n "$frame" ]; then
 fi
 set --
 part=1
+[ "$taught" != yes ] || part=0
 while [ "$part" -le "$parts" ]; do
     set -- "$@" "$names.$part-of-$parts.exr"
     part=$((part + 1))
 done
 "$program" merge "$@" -o "$output"
-[ "$keep" = yes ] || rm -f -- "$@"
+[ "$keep" = yes ] || rm -f -- "$@" "$names.lesson"

@@ -1,4 +1,4 @@
-//! Batch scripts for Slurm: an array of renders, and an array of merges that waits for it.
+//! Batch scripts for Slurm: an array of lessons, an array of renders that waits for it, and an array of merges that waits for those.
 //!
 //! A script is a head, with the options for `sbatch` and what this job is, and a body that is the same for all jobs (`slurm_render.sh`,
 //! `slurm_merge.sh`). Options of `sbatch` are as in its manual page; of several of one name the last one counts.
@@ -33,7 +33,8 @@ impl SlurmOptions {
     }
 }
 
-/// The script that renders: a task of the array for each part of each few frames, the parts of the first frames first.
+/// The script that renders: a task of the array for each part of each few frames, the parts of the first frames first. Where there is a lesson it is to be submitted with a
+/// dependency on that.
 ///
 /// # Errors
 /// Where a word has a zero byte in it.
@@ -43,16 +44,50 @@ pub fn render_script(job: &FarmJob, options: &SlurmOptions) -> Result<String, Fa
     let own = [
         format!("--job-name={label}"),
         format!("--output={}/logs/%A_%a.log", job.folder.replace('%', "%%")),
+        format!("--array=0-{last}"),
+    ];
+    let own = own.iter().chain(&of_renders(job)).map(|option| quoted(option)).collect::<Vec<_>>();
+    let what = format!("# Renders {}: a task for each part of a frame.", shown(&job.output));
+    let head = head(&what, own.into_iter().chain(options.sbatch.iter().cloned()));
+    rendering(job, head, if job.has_lesson() { "taught" } else { "" })
+}
+
+/// The script that renders the lesson of each frame; `None` where there is none.
+///
+/// # Errors
+/// Where a word has a zero byte in it.
+pub fn lesson_script(job: &FarmJob, options: &SlurmOptions) -> Result<Option<String>, FarmError> {
+    if !job.has_lesson() {
+        return Ok(None);
+    }
+    let label = job.label();
+    let last = job.chunks() - 1;
+    let own = [
+        format!("--job-name={label}-lesson"),
+        format!("--output={}/logs/lesson-%A_%a.log", job.folder.replace('%', "%%")),
+        format!("--array=0-{last}"),
+    ];
+    let own = own.iter().chain(&of_renders(job)).map(|option| quoted(option)).collect::<Vec<_>>();
+    let what = format!("# Renders the first samples of {}, which teach the others.", shown(&job.output));
+    rendering(job, head(&what, options.sbatch.iter().cloned().chain(own)), "teaches").map(Some)
+}
+
+/// Options of `sbatch` for all that renders.
+fn of_renders(job: &FarmJob) -> [String; 4] {
+    [
         "--open-mode=append".to_owned(),
         format!("--chdir={}", job.working_folder),
-        format!("--array=0-{last}"),
         "--requeue".to_owned(),
         format!("--signal=B:USR1@{NOTICE}"),
-    ];
-    let what = format!("# Renders {}: a task for each part of a frame.", shown(&job.output));
-    let mut text = head(&what, own.iter().map(|option| quoted(option)).chain(options.sbatch.iter().cloned()));
+    ]
+}
+
+/// A script of tasks that render, behind its head. `lesson` is what they have to do with one.
+fn rendering(job: &FarmJob, mut text: String, lesson: &str) -> Result<String, FarmError> {
     text += &facts(job)?;
     assign(&mut text, "scene", &job.scene)?;
+    text += "# What the tasks have to do with a lesson.\n";
+    assign(&mut text, "lesson", lesson)?;
     let granted =
         [("threads", "--threads"), ("memory", "--memory-limit")].into_iter().filter(|(_, name)| !job.has_option(name));
     let granted: Vec<&str> = granted.map(|(what, _)| what).collect();
@@ -89,17 +124,27 @@ pub fn merge_script(job: &FarmJob, options: &SlurmOptions) -> Result<Option<Stri
     text += "# This file: an image that is newer is this job's own.\n";
     assign(&mut text, "script", &format!("{}/{MERGE}", job.folder))?;
     assign(&mut text, "keep_parts", if job.keep_parts { "yes" } else { "" })?;
+    text += "# Part 0 is the lesson of the others, where there is one.\n";
+    text += &format!("first_part={}\n", u8::from(!job.has_lesson()));
     Ok(Some(text + "\n" + NUMBERED + "\n" + include_str!("slurm_merge.sh")))
 }
 
 /// The names of the scripts in the job's folder.
 pub const RENDER: &str = "render.sh";
 /// The same.
+pub const LESSON: &str = "lesson.sh";
+/// The same.
 pub const MERGE: &str = "merge.sh";
 
+/// The options of `sbatch` that make renders wait for the lessons, job `number`: for all of them, since Slurm pairs tasks of arrays only if they have the same numbers. Where a
+/// lesson fails, the renders that it was for say so, and the others go on.
+pub fn after_lessons(number: &str) -> Vec<String> {
+    vec![format!("--dependency=afterany:{number}")]
+}
+
 /// The options of `sbatch` that make merges wait for the renders of job `number`, and that end them where one of those fails.
-pub fn dependency(number: &str) -> [String; 2] {
-    [format!("--dependency=afterok:{number}"), "--kill-on-invalid-dep=yes".to_owned()]
+pub fn after_renders(number: &str) -> Vec<String> {
+    vec![format!("--dependency=afterok:{number}"), "--kill-on-invalid-dep=yes".to_owned()]
 }
 
 /// The number of a job in what `sbatch --parsable` prints: `number` or `number;cluster`.
@@ -124,7 +169,7 @@ fn facts(job: &FarmJob) -> Result<String, FarmError> {
     for (name, value) in [("program", &job.program), ("output", &job.output)] {
         assign(&mut text, name, value)?;
     }
-    text += "# Part K of N is this folder and name, with K-of-N.exr behind.\n";
+    text += "# Part K of N is this folder and name, with K-of-N.exr behind; what part 0 teaches the others ends in .lesson.\n";
     assign(&mut text, "part_names", &format!("{}/parts/{}", job.folder, job.stem()))?;
     text += &format!("parts={}\n", job.parts);
     text += &match &job.frames {

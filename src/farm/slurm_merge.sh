@@ -13,7 +13,7 @@ while [ "$frame" -le "$to" ]; do
         names=$(numbered "$part_names")
     fi
     set --
-    part=1
+    part=$first_part
     while [ "$part" -le "$parts" ]; do
         set -- "$@" "$names.$part-of-$parts.exr"
         part=$((part + 1))
@@ -22,6 +22,6 @@ while [ "$frame" -le "$to" ]; do
     if [ -e "$1" ] || [ ! "$image" -nt "$script" ]; then
         "$program" merge "$@" -o "$image"
     fi
-    [ -n "$keep_parts" ] || rm -f -- "$@"
+    [ -n "$keep_parts" ] || rm -f -- "$@" "$names.lesson"
     frame=$((frame + 1))
 done

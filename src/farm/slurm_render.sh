@@ -1,10 +1,18 @@
 # Which part of which frames: tasks count from 0, and the parts of the first frames come first.
 task=$SLURM_ARRAY_TASK_ID
-part=$((task % parts + 1))
+part=$((task % parts + 1)) chunk=$((task / parts))
 what="part $part of $parts"
 set -- render "$scene" --recover "$@"
+case $lesson in
+    teaches)
+        part=0 chunk=$task what="the lesson of $parts parts"
+        set -- "$@" --save-cache "$part_names.lesson"
+        ;;
+    # Nothing more is learned, so that the samples of all parts are points of one sequence.
+    taught) set -- "$@" --load-cache "$part_names.lesson" --freeze-cache ;;
+esac
 if [ -n "$first" ]; then
-    from=$((first + task / parts * frames_per_task))
+    from=$((first + chunk * frames_per_task))
     to=$((from + frames_per_task - 1))
     [ "$to" -le "$last" ] || to=$last
     what="$what, frames $from to $to"

@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::slurm::{SlurmOptions, merge_script, render_script};
+use super::slurm::{SlurmOptions, lesson_script, merge_script, render_script};
 use super::*;
 
 /// A name with all that shells, `sbatch` and templates could stumble over.
@@ -57,6 +57,7 @@ impl Place {
             parts,
             frames,
             frames_per_task,
+            teaches: false,
             keep_parts: false,
             options: vec!["--spp".to_owned(), AWKWARD.to_owned()],
         };
@@ -182,6 +183,51 @@ fn every_part_of_every_frame_is_rendered_once_and_merged_once() {
         assert_eq!(merged, expected);
         assert_eq!(std::fs::read_dir(place.path("parts")).expect("a folder").count(), 0, "parts are removed");
     }
+}
+
+#[test]
+fn the_lesson_of_each_frame_comes_first_and_goes_with_its_parts() {
+    let place = Place::new();
+    let options = SlurmOptions::default();
+    let job = FarmJob { teaches: true, ..place.job(2, Some(7..=9), 2) };
+    let lesson = lesson_script(&job, &options).expect("a script").expect("there is a lesson");
+    let render = render_script(&job, &options).expect("a script");
+    is_shell(&lesson);
+    assert!(lesson.contains("#SBATCH --array=0-1\n"), "{lesson}");
+    let learned = place.text("parts/a-####-b.lesson");
+    for (index, frames) in [(0, "--frames=7..8"), (1, "--frames=9..9")] {
+        assert!(place.task(&lesson, index, 0).status().expect("sh is there").success());
+        let words = place.notes().concat();
+        assert_eq!(after(&words, "--part"), Some("0/2"));
+        assert_eq!(after(&words, "-o"), Some(place.text("parts/a-####-b.0-of-2.exr").as_str()));
+        assert_eq!(after(&words, "--save-cache"), Some(learned.as_str()));
+        assert_eq!(after(&words, "--spp"), Some(AWKWARD));
+        assert!(words.contains(&frames.to_owned()) && words.contains(&"--recover".to_owned()), "{words:?}");
+    }
+    for (index, part, frames) in [(0, "1/2", "--frames=7..8"), (1, "2/2", "--frames=7..8"), (3, "2/2", "--frames=9..9")]
+    {
+        assert!(place.task(&render, index, 0).status().expect("sh is there").success());
+        let words = place.notes().concat();
+        assert_eq!(after(&words, "--part"), Some(part));
+        assert_eq!(after(&words, "--load-cache"), Some(learned.as_str()));
+        assert!(words.contains(&frames.to_owned()) && words.contains(&"--freeze-cache".to_owned()), "{words:?}");
+    }
+    let names = ["0-of-2.exr", "1-of-2.exr", "2-of-2.exr", "lesson"];
+    let files = names.map(|name| place.text(&format!("parts/a-0009-b.{name}")));
+    std::fs::remove_dir_all(place.path("parts"))
+        .and_then(|()| std::fs::create_dir(place.path("parts")))
+        .expect("a folder");
+    files.iter().for_each(|file| std::fs::write(file, "").expect("written"));
+    let script = merge_script(&job, &options).expect("a script").expect("two parts");
+    std::fs::write(place.path("merge.sh"), &script).expect("written");
+    assert!(place.task(&script, 1, 0).status().expect("sh is there").success());
+    let image = place.text("a-0009-b.exr");
+    assert_eq!(place.notes(), [[&["merge".to_owned()], &files[..3], &["-o".to_owned(), image]].concat()]);
+    assert_eq!(std::fs::read_dir(place.path("parts")).expect("a folder").count(), 0);
+    // One part learns for itself, and so do those that have another teacher.
+    let none = |job: &FarmJob| lesson_script(job, &options).expect("right").is_none();
+    assert!(none(&FarmJob { parts: 1, ..job.clone() }) && none(&FarmJob { teaches: false, ..job.clone() }));
+    assert!(none(&FarmJob { options: vec!["--load-cache=x".to_owned()], ..job }));
 }
 
 #[test]
@@ -411,9 +457,9 @@ fn templates_are_what_the_specification_asks_for() {
 }
 
 #[test]
-fn the_scripts_of_templates_render_and_merge() {
+fn the_scripts_of_templates_teach_render_and_merge() {
     let place = Place::new();
-    let job = place.job(3, Some(5..=5), 1);
+    let job = FarmJob { teaches: true, ..place.job(3, Some(5..=5), 1) };
     let (template, values) = openjd::template(&job).expect("a template");
     let template = serde_json::to_value(&template).expect("JSON");
     let run = |step: usize, part: u32| {
@@ -433,8 +479,13 @@ fn the_scripts_of_templates_render_and_merge() {
         assert!(place.task(text, 0, 0).args(arguments).status().expect("sh is there").success());
         place.notes().concat()
     };
-    for part in 1..=3 {
-        let words = run(0, part);
+    for part in 0..=3 {
+        let words = run(part.min(1) as usize, part);
+        let named = ["--save-cache", "--load-cache"].map(|name| after(&words, name));
+        let lesson = place.text("parts/a-####-b.lesson");
+        let expected = if part == 0 { [Some(lesson.as_str()), None] } else { [None, Some(lesson.as_str())] };
+        assert_eq!(named, expected);
+        assert_eq!(words.contains(&"--freeze-cache".to_owned()), part > 0);
         assert_eq!(words[..2], ["render", job.scene.as_str()]);
         assert_eq!(after(&words, "--progress"), Some("openjd"));
         assert_eq!(after(&words, "--spp"), Some(AWKWARD));
@@ -445,8 +496,8 @@ fn the_scripts_of_templates_render_and_merge() {
         std::fs::write(output.replace("####", "0005"), "").expect("written");
         std::fs::remove_file(output).expect("the program has written it");
     }
-    let words = run(1, 0);
-    let names = (1..=3).map(|part| place.text(&format!("parts/a-0005-b.{part}-of-3.exr")));
+    let words = run(2, 0);
+    let names = (0..=3).map(|part| place.text(&format!("parts/a-0005-b.{part}-of-3.exr")));
     let expected = ["merge".to_owned()].into_iter().chain(names).chain(["-o".to_owned(), place.text("a-0005-b.exr")]);
     assert_eq!(words, expected.collect::<Vec<_>>());
     assert_eq!(std::fs::read_dir(place.path("parts")).expect("a folder").count(), 0);

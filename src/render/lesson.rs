@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::identity::Identity;
 use super::mixing::Mixing;
 use super::splitting::Splitting;
-use super::state_file::{self, Fault, Magic};
+use super::state_file::{self, Fault, Magic, Times};
 use crate::cache_points::kept::{KeptPoints, KeptPointsRef};
 use crate::system::output::OutputError;
 
@@ -34,6 +34,13 @@ impl Taken {
     pub fn overlaps(&self, other: &Self) -> bool {
         self.seed == other.seed && self.first < other.end && other.first < self.end
     }
+}
+
+/// The number of the first sample of `seed` that is not among `taken`.
+pub fn first_untaken(taken: &[Taken], seed: u32) -> u32 {
+    let mut own: Vec<&Taken> = taken.iter().filter(|taken| taken.seed == seed).collect();
+    own.sort_by_key(|taken| taken.first);
+    own.iter().fold(0, |end, taken| if taken.first <= end { end.max(taken.end) } else { end })
 }
 
 impl std::fmt::Display for Taken {
@@ -106,7 +113,7 @@ impl LessonRef<'_> {
     /// What the system says.
     pub fn write(&self, path: &Path, identity: &Identity) -> Result<(), OutputError> {
         let bytes = postcard::to_stdvec(self).map_err(|error| OutputError::new(path, error))?;
-        state_file::write(path, MAGIC, identity, &[bytes])
+        state_file::write(path, MAGIC, identity, Times::One, &[bytes])
     }
 }
 
@@ -122,5 +129,17 @@ impl Lesson {
             Fault::Other(what) => LessonError::Other { path: path.to_owned(), what },
         })?;
         postcard::from_bytes(&bytes).map_err(|error| unreadable(error.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_begin_behind_what_taught() {
+        let taken = |seed, first, end| Taken { seed, first, end };
+        let all = [taken(3, 8, 16), taken(3, 0, 8), taken(4, 0, 99), taken(3, 20, 24), taken(3, 4, 6)];
+        assert_eq!([3, 4, 5].map(|seed| first_untaken(&all, seed)), [16, 99, 0]);
     }
 }

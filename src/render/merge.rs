@@ -80,7 +80,7 @@ struct Part {
     attributes: Vec<(String, String)>,
     frame: Identity,
     taken: Vec<Taken>,
-    /// Which of how many.
+    /// Which of how many; 0 is the lesson of the others.
     numbers: Option<(Vec<u32>, u32)>,
     is_interrupted: bool,
 }
@@ -168,7 +168,7 @@ fn parse_numbers(text: &str) -> Option<(Vec<u32>, u32)> {
     let (numbers, of) = text.split_once('/')?;
     let of = of.parse().ok()?;
     let numbers: Option<Vec<u32>> = numbers.split(',').map(|number| number.parse().ok()).collect();
-    Some((numbers?, of)).filter(|(numbers, of)| numbers.iter().all(|number| (1..=*of).contains(number)))
+    Some((numbers?, of)).filter(|(numbers, of)| numbers.iter().all(|number| number <= of))
 }
 
 /// Refuses images of different frames, and such as have samples in common.
@@ -210,7 +210,10 @@ fn missing(parts: &[Part]) -> Option<String> {
             parts.iter().filter_map(|part| part.numbers.as_ref()).flat_map(|(n, _)| n).copied().collect();
         let missing: Vec<String> = (1..=of).filter(|n| !there.contains(n)).map(|n| n.to_string()).collect();
         let count = missing.len();
-        return (count > 0).then(|| format!("{count} of {of} parts are missing: {}", in_few_words(&missing)));
+        if count > 0 {
+            return Some(format!("{count} of {of} parts are missing: {}", in_few_words(&missing)));
+        }
+        return lesson_missing(parts);
     }
     let taken = joined(parts.iter().flat_map(|part| &part.taken).copied());
     let mut gaps = vec![];
@@ -223,6 +226,14 @@ fn missing(parts: &[Part]) -> Option<String> {
         end = (Some(taken.seed), taken.end);
     }
     (!gaps.is_empty()).then(|| format!("missing: {}", gaps.join(", ")))
+}
+
+/// The samples that taught the parts, where none of them has those: part 1 begins with the first one that did not.
+fn lesson_missing(parts: &[Part]) -> Option<String> {
+    let first = parts.iter().find(|part| part.numbers.as_ref().is_some_and(|(n, _)| n.contains(&1)))?.taken.first()?;
+    let is_whole = parts.iter().flat_map(|part| &part.taken).any(|t| t.seed == first.seed && t.first == 0);
+    let lesson = Taken { first: 0, end: first.first, ..*first };
+    (!is_whole).then(|| format!("part 0 is missing, the lesson of the others: {lesson}"))
 }
 
 /// Some of many.

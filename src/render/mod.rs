@@ -93,6 +93,9 @@ pub enum RenderError {
         /// The file.
         path: PathBuf,
     },
+    /// A lesson that nobody would learn from.
+    #[error("part 0 is the lesson of the others: it takes --save-cache, and parts 1 to {0} --load-cache")]
+    Lessonless(u32),
     /// A name that promises another format than the file gets.
     #[error(
         "{path}: the image is written as OpenEXR; give -o a name that ends in .exr, and --png for a picture beside it"

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::lesson::{Lesson, LessonError};
+use super::lesson::{Lesson, LessonError, first_untaken};
 use super::plan::Plan;
 use super::{Job, RenderError, RenderSettings, SamplerKind, Timings, ViewRays, build, may_take, memory};
 use crate::cache_points::CachePoints;
@@ -44,8 +44,12 @@ impl Job {
         let stated_depth = at_least(&scene.integrator, "maxdepth", 5, 0)?;
         let max_depth = settings.max_depth.unwrap_or(stated_depth).min(MOST_BOUNCES);
         let scene_spp = samples_per_pixel(scene, warnings)?;
-        let (first_sample, budget) = settings.share.of(settings.budget, scene_spp)?;
         let scene_seed = seed_of(scene)?;
+        let seed = settings.seed(scene_seed);
+        let mut lesson = lesson;
+        let taught_by = lesson.as_mut().map_or_else(Vec::new, |lesson| std::mem::take(&mut lesson.taken));
+        let (first_sample, budget) =
+            settings.share.of(settings.budget, scene_spp, film.bounds.area(), first_untaken(&taught_by, seed))?;
         warn_about_engine(scene, warnings)?;
         settings.warn_ignored(warnings);
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
@@ -55,10 +59,7 @@ impl Job {
         }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
-        let seed = settings.seed(scene_seed);
         let path_of_lesson = || settings.load_cache.clone().unwrap_or_default();
-        let mut lesson = lesson;
-        let taught_by = lesson.as_mut().map_or_else(Vec::new, |lesson| std::mem::take(&mut lesson.taken));
         let own = may_take(seed, first_sample, budget);
         if let Some(&taken) = taught_by.iter().find(|taken| taken.overlaps(&own)) {
             return Err(LessonError::Overlap { path: path_of_lesson(), taken }.into());

@@ -8,12 +8,22 @@ use std::path::Path;
 use super::identity::Identity;
 use crate::system::input::read_regular;
 use crate::system::output::{OutputError, write_atomically};
+use crate::system::rewrite::rewrite;
 
 /// What such a file begins with.
 pub type Magic = [u8; 8];
 
 /// Length and CRC-32, twice.
 const SUMS: usize = 2 * (8 + 4);
+
+/// How often a file is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Times {
+    /// Once.
+    One,
+    /// Time and again, in place of the one before: see [`rewrite`].
+    Many,
+}
 
 /// What is wrong with a file.
 pub enum Fault {
@@ -62,11 +72,17 @@ impl Write for Sums {
 }
 
 /// Writes a state that has been copied out, in pieces.
-pub fn write(path: &Path, magic: Magic, identity: &Identity, state: &[impl AsRef<[u8]>]) -> Result<(), OutputError> {
+pub fn write(
+    path: &Path,
+    magic: Magic,
+    identity: &Identity,
+    times: Times,
+    state: &[impl AsRef<[u8]>],
+) -> Result<(), OutputError> {
     let all = |file: &mut File| {
         state.iter().try_for_each(|piece| file.write_all(piece.as_ref())).map_err(|error| error.to_string())
     };
-    write_parts(path, magic, identity, &Sums::of(state), all)
+    write_parts(path, magic, identity, times, &Sums::of(state), all)
 }
 
 /// Writes a state from where it is, which takes no memory: `state` is called twice.
@@ -74,11 +90,12 @@ pub fn write_in_place(
     path: &Path,
     magic: Magic,
     identity: &Identity,
+    times: Times,
     state: impl Fn(&mut dyn Write) -> Result<(), String>,
 ) -> Result<(), OutputError> {
     let mut sums = Sums::default();
     state(&mut sums).map_err(|error| OutputError::new(path, error))?;
-    write_parts(path, magic, identity, &sums, |file| {
+    write_parts(path, magic, identity, times, &sums, |file| {
         let mut out = BufWriter::with_capacity(1 << 20, file);
         state(&mut out)?;
         out.flush().map_err(|error| error.to_string())
@@ -89,16 +106,20 @@ fn write_parts(
     path: &Path,
     magic: Magic,
     identity: &Identity,
+    times: Times,
     sums: &Sums,
     state: impl FnOnce(&mut File) -> Result<(), String>,
 ) -> Result<(), OutputError> {
     let identity = serde_json::to_vec(identity).map_err(|error| OutputError::new(path, error))?;
     let head = [&magic[..], &Sums::of(&[&identity]).to_bytes(), &sums.to_bytes(), &identity].concat();
-    write_atomically(path, |file| {
-        let file = file.as_file_mut();
+    let whole = |file: &mut File| {
         file.write_all(&head).map_err(|error| error.to_string())?;
         state(file)
-    })
+    };
+    match times {
+        Times::One => write_atomically(path, |file| whole(file.as_file_mut())),
+        Times::Many => rewrite(path, whole),
+    }
 }
 
 /// The state of `identity` that the file holds.

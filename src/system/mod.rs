@@ -8,5 +8,6 @@ pub mod memory;
 pub mod output;
 pub mod plain_bytes;
 pub mod priority;
+pub mod rewrite;
 pub mod taken;
 mod temporary;

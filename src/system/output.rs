@@ -31,7 +31,7 @@ impl OutputError {
 }
 
 /// What stands where a file is to be written.
-enum Target {
+pub(super) enum Target {
     /// Nothing, or a file that will be replaced: its real place, behind any symbolic links.
     File(PathBuf),
     /// A device, such as `/dev/null`: it is written to, not replaced.
@@ -39,7 +39,7 @@ enum Target {
 }
 
 impl Target {
-    fn of(path: &Path) -> io::Result<Self> {
+    pub fn of(path: &Path) -> io::Result<Self> {
         match path.metadata() {
             Ok(metadata) if metadata.is_dir() => Err(io::Error::other("it is a folder")),
             Ok(metadata) if metadata.is_file() => Ok(Self::File(path.canonicalize()?)),
@@ -52,6 +52,11 @@ impl Target {
             Err(error) => Err(error),
         }
     }
+}
+
+/// Where its temporary files lie.
+fn folder_of(target: &Path) -> &Path {
+    target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 fn names_a_folder(path: &Path) -> bool {
@@ -85,7 +90,7 @@ fn is_character_device(_: &std::fs::Metadata) -> bool {
 }
 
 /// A temporary file that [`exit_at_once`] knows of.
-struct Unfinished {
+pub(super) struct Unfinished {
     /// `None` once it has its final name.
     file: Option<NamedTempFile>,
     name: PathBuf,
@@ -93,12 +98,12 @@ struct Unfinished {
 
 impl Unfinished {
     /// Beside `target`, with its permissions if it is there, else with those that new files get.
-    fn beside(target: &Path) -> io::Result<Self> {
-        let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    pub fn beside(target: &Path) -> io::Result<Self> {
+        let folder = folder_of(target);
         if !folder.is_dir() {
             return Err(io::Error::new(io::ErrorKind::NotFound, format!("there is no folder {}", folder.display())));
         }
-        let unfinished = Self::within(folder, target)?;
+        let unfinished = Self::within(target, |builder, folder| builder.tempfile_in(folder))?;
         temporary::sweep(folder, target, &unfinished.name);
         if let (Ok(metadata), Some(file)) = (target.metadata(), &unfinished.file) {
             file.as_file().set_permissions(metadata.permissions())?;
@@ -106,8 +111,11 @@ impl Unfinished {
         Ok(unfinished)
     }
 
-    /// In `folder`, on its way to `target`.
-    fn within(folder: &Path, target: &Path) -> io::Result<Self> {
+    /// On its way to `target`, in the same folder, made by `make`.
+    pub fn within(
+        target: &Path,
+        make: impl FnOnce(&tempfile::Builder<'_, '_>, &Path) -> io::Result<NamedTempFile>,
+    ) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
         let prefix = temporary::prefix(target);
         builder.prefix(&prefix);
@@ -115,18 +123,18 @@ impl Unfinished {
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         // Made and noted under one lock, so that it is known as long as it is there.
         let mut known = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-        let file = builder.tempfile_in(folder)?;
+        let file = make(&builder, folder_of(target))?;
         let name = file.path().to_owned();
         known.push(name.clone());
         Ok(Self { file: Some(file), name })
     }
 
-    fn file(&mut self) -> &mut NamedTempFile {
+    pub fn file(&mut self) -> &mut NamedTempFile {
         self.file.as_mut().expect("it is there until it is persisted")
     }
 
     /// Gives it its final name.
-    fn persist(mut self, target: &Path) -> io::Result<()> {
+    pub fn persist(mut self, target: &Path) -> io::Result<()> {
         let file = self.file.take().expect("it is persisted once");
         file.persist(target).map(drop).map_err(|error| error.error)
     }
@@ -152,7 +160,8 @@ pub fn write_atomically(
     let fail = |e: &dyn std::fmt::Display| OutputError::new(path, e);
     match Target::of(path).map_err(|e| fail(&e))? {
         Target::Device => {
-            let mut unfinished = Unfinished::within(&std::env::temp_dir(), path).map_err(|e| fail(&e))?;
+            let elsewhere = |builder: &tempfile::Builder<'_, '_>, _: &Path| builder.tempfile_in(std::env::temp_dir());
+            let mut unfinished = Unfinished::within(path, elsewhere).map_err(|e| fail(&e))?;
             write(unfinished.file()).map_err(|e| fail(&e))?;
             let copy = || -> io::Result<()> {
                 let mut written = File::open(&unfinished.name)?;

@@ -27,7 +27,7 @@ pub(super) fn prefix(target: &Path) -> String {
 }
 
 /// What all of them begin with, whoever writes them.
-fn of_target(target: &Path) -> String {
+pub(super) fn of_target(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default().to_string_lossy();
     if name.len() <= LONGEST {
         return format!("{COMMON}{name}-");

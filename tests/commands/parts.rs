@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lanternfish::film::ChannelImage;
 use lanternfish::film::exr::read_exr_layers;
 
-use crate::program::{Folder, LAMP, Random};
+use crate::program::{Folder, LAMP, Random, lamps};
 
 fn image(folder: &Folder, name: &str) -> ChannelImage {
     read_exr_layers(&folder.path(name)).expect("a whole image")
@@ -18,15 +18,6 @@ fn bits(folder: &Folder, name: &str) -> BTreeMap<String, Vec<u32>> {
 
 fn render<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["render", "s.pbrt", "-o", out, "--quiet", "--checkpoint", "off"], more].concat()
-}
-
-/// With lamps enough that which of them are hidden is learned.
-fn lamps() -> String {
-    let lamp = |i: i32| {
-        let (x, y, z) = (i % 7 - 3, f64::from(i % 5) - 0.9, f64::from(i % 6) - 2.0);
-        format!("LightSource \"point\" \"rgb I\" [0.4 0.3 0.2] \"point3 from\" [{x} {y} {z}]\n")
-    };
-    LAMP.to_owned() + &(0..40).map(lamp).collect::<String>()
 }
 
 /// Where nothing is learned, parts have the very samples of the whole.
@@ -121,8 +112,49 @@ fn parts_that_learn_nothing_more_add_up_to_the_whole() {
     folder.run(&render("b.exr", &["--freeze-cache"])).code(2);
 }
 
-/// Where lights are learned each part learns for itself, so the merged image has other noise than one render's, and the same mean: over the whole image and in blocks of it.
-/// False-alarm rate: 2e-6.
+/// The first samples teach, and the parts are of the others.
+#[test]
+fn a_lesson_and_its_parts_are_a_frame() {
+    let folder = Folder::new("parts-lesson");
+    folder.write("s.pbrt", lamps());
+    let learned = ["--lights", "cache-points", "--view-rays", "off"];
+    let frozen = ["--load-cache", "s.lesson", "--freeze-cache"];
+    let part = |of: &str, more: &[&str]| {
+        let out = format!("part{}.exr", &of[..1]);
+        folder.run(&render(&out, &[&learned[..], &["--spp", "27", "--part", of], more].concat())).code(0);
+        image(&folder, &out).attribute("lanternfish.samples").map(str::to_owned)
+    };
+    assert_eq!(part("0/3", &["--save-cache", "s.lesson"]).as_deref(), Some("0:0..4"));
+    let taken: Vec<_> = ["1/3", "2/3", "3/3"].iter().filter_map(|of| part(of, &frozen)).collect();
+    assert_eq!(taken, ["0:4..11", "0:11..19", "0:19..27"]);
+    let parts = ["part1.exr", "part2.exr", "part3.exr"];
+    let merge = |out: &'static str, more: &[&'static str]| {
+        folder.run(&[&["merge", "-o", out, "--incomplete"], &parts[..], more].concat()).code(0);
+        image(&folder, out)
+    };
+    folder
+        .run(&[&["merge", "-o", "x.exr"], &parts[..]].concat())
+        .code(3)
+        .says("part 0 is missing, the lesson of the others: samples 0..4 of seed 0");
+    let merged = merge("merged.exr", &[]);
+    // The other samples as one render.
+    folder.run(&render("rest.exr", &[&learned[..], &["--samples", "4..27"], &frozen].concat())).code(0);
+    let rest = image(&folder, "rest.exr");
+    for name in ["R", "G", "B", "direct.R"] {
+        let [a, b] = [&rest, &merged].map(|image| image.channel(name).expect("it is there"));
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5 * a.abs().max(1e-2)), "{name}");
+    }
+    let whole = [&["merge", "-o", "whole.exr", "part0.exr"], &parts[..]].concat();
+    folder.run(&whole).code(0).says("27 spp from 4 images");
+    assert!(image(&folder, "whole.exr").attribute("lanternfish.incomplete").is_none());
+    // A lesson without a pupil; fewer samples than parts.
+    folder.run(&render("x.exr", &["--part", "0/3"])).code(2).says("--save-cache");
+    let few = ["--spp", "3", "--part", "0/3", "--save-cache", "x.lesson"];
+    folder.run(&render("x.exr", &few)).code(2).says("so there can be 2 parts at most");
+}
+
+/// Where lights are learned each part learns for itself, or goes by a lesson of the first samples: so the merged image has other noise than one render's, and the same mean: over the whole image and in blocks of it.
+/// False-alarm rate: 4e-6.
 #[test]
 fn parts_that_learn_are_as_right_as_the_whole() {
     const SEEDS: u32 = 6;
@@ -134,27 +166,37 @@ fn parts_that_learn_are_as_right_as_the_whole() {
         folder.run(&render(name, &[&common[..], more].concat())).code(0);
         name.to_owned()
     };
-    let (mut wholes, mut parts) = (vec![], vec![]);
+    let (mut wholes, mut parts, mut taught) = (vec![], vec![], vec![]);
     for seed in 0..SEEDS {
         wholes.push(run(&format!("whole{seed}.exr"), seed, &[]));
         let part = |k| run(&format!("part{seed}-{k}.exr"), 100 + seed, &["--part", &format!("{k}/8")]);
         parts.extend((1..=8).map(part));
+        let lesson = ["--save-cache", "s.lesson"];
+        let by_it = ["--load-cache", "s.lesson", "--freeze-cache"];
+        let part = |k, more: &[&str]| {
+            let of = format!("{k}/8");
+            run(&format!("taught{seed}-{k}.exr"), 200 + seed, &[&["--part", of.as_str()], more].concat())
+        };
+        taught.push(part(0, &lesson));
+        taught.extend((1..=8).map(|k| part(k, &by_it)));
     }
-    for (images, merged) in [(&wholes, "whole.exr"), (&parts, "parts.exr")] {
+    for (images, merged) in [(&wholes, "whole.exr"), (&parts, "parts.exr"), (&taught, "taught.exr")] {
         let names: Vec<&str> = images.iter().map(String::as_str).collect();
         folder.run(&[&["merge", "-o", merged], &names[..]].concat()).code(0).says("192 spp from");
     }
-    let compared = folder.run(&["compare", "parts.exr", "whole.exr", "--json"]).code(0).out.clone();
-    let compared: serde_json::Value = serde_json::from_str(&compared).expect("it is JSON");
-    let number = |path: &str| compared.pointer(path).and_then(serde_json::Value::as_f64).expect(path);
-    // The interval is one of 95 %.
-    let error = (number("/bias/interval/1") - number("/bias/interval/0")) / (2.0 * 1.96);
-    let (z, blocks) = (number("/bias/value") / error, number("/blocks/count"));
-    let most = 1.0 + 6.5 * (2.0 / blocks).sqrt();
-    let found = number("/blocks/mean_z_squared");
-    println!("bias {z:.2} standard errors, mean z² of {blocks} blocks {found:.2}, at most {most:.2}");
-    assert!(error < 0.01 * number("/mean_b"), "{error} is too large to tell");
-    assert!(z.abs() < 4.9 && found < most);
+    for merged in ["parts.exr", "taught.exr"] {
+        let compared = folder.run(&["compare", merged, "whole.exr", "--json"]).code(0).out.clone();
+        let compared: serde_json::Value = serde_json::from_str(&compared).expect("it is JSON");
+        let number = |path: &str| compared.pointer(path).and_then(serde_json::Value::as_f64).expect(path);
+        // The interval is one of 95 %.
+        let error = (number("/bias/interval/1") - number("/bias/interval/0")) / (2.0 * 1.96);
+        let (z, blocks) = (number("/bias/value") / error, number("/blocks/count"));
+        let most = 1.0 + 6.5 * (2.0 / blocks).sqrt();
+        let found = number("/blocks/mean_z_squared");
+        println!("{merged}: bias {z:.2} standard errors, mean z² of {blocks} blocks {found:.2}, at most {most:.2}");
+        assert!(error < 0.01 * number("/mean_b"), "{error} is too large to tell");
+        assert!(z.abs() < 4.9 && found < most);
+    }
 }
 
 #[test]
@@ -200,7 +242,7 @@ fn parts_that_do_not_belong_together_are_refused() {
     folder.run(&render("x.exr", &["--spp", "2", "--part", "3/3"])).code(0);
     folder.run(&render("x.exr", &["--spp", "2", "--part", "1/3"])).code(2).says("part 1 of 3 has no sample");
     for wrong in [
-        &["--part", "0/3"][..],
+        &["--part", "4/3"][..],
         &["--part", "1/2", "--samples", "0..2"],
         &["--samples", "3..3"],
         &["--samples", "0..4", "--time", "1"],

@@ -24,12 +24,22 @@ fn scripts_are_written_and_nothing_is_submitted_in_a_dry_run() {
         "64",
     ];
     let said = folder.run(&words).code(0).out;
-    assert!(said.contains("3 tasks render: sbatch") && said.contains("--dependency=afterok:NUMBER"), "{said}");
+    let lines: Vec<&str> = said.lines().collect();
+    let [lesson, render, merge] = lines[..] else { panic!("{said}") };
+    assert!(lesson.starts_with("1 tasks teach: sbatch ") && lesson.ends_with("lesson.sh'"), "{said}");
+    assert!(render.contains("3 tasks render") && render.contains("--dependency=afterany:NUMBER"), "{said}");
+    assert!(merge.contains("1 tasks merge") && merge.contains("--dependency=afterok:NUMBER"), "{said}");
     let text = |name: &str| String::from_utf8(folder.read(name)).expect("UTF-8");
     let render = text("out.farm/render.sh");
     assert!(render.contains("#SBATCH --array=0-2\n") && render.contains("#SBATCH --time=1:00:00\n"), "{render}");
     assert!(render.contains("set -- --spp 64\n"), "{render}");
     assert!(text("out.farm/merge.sh").contains("#SBATCH --array=0-0\n"));
+    // Each part for itself, or taught by another render.
+    for more in [&["--no-lesson"][..], &["--", "--load-cache", "x"]] {
+        let words = ["farm", "slurm", "s.pbrt", "-o", "alone.exr", "--parts", "3", "--dry-run"];
+        let said = folder.run(&[&words[..], more].concat()).code(0).out;
+        assert!(said.lines().count() == 2 && !folder.path("alone.farm/lesson.sh").exists(), "{said}");
+    }
     // One part is the image itself.
     folder.run(&["farm", "slurm", "s.pbrt", "-o", "one.exr", "--dry-run", "--folder", "elsewhere"]).code(0);
     assert!(folder.path("elsewhere/render.sh").exists() && !folder.path("elsewhere/merge.sh").exists());

@@ -24,10 +24,10 @@ fn find(name: &str) -> Option<PathBuf> {
     folders.into_iter().map(|folder| folder.join(name)).find(|file| file.is_file())
 }
 
-/// The lamp's scene in more pixels, and more samples, so that a part of it takes a second or two.
+/// A scene of many lamps in more pixels, and more samples, so that a part of it takes a second or two.
 fn scene(samples: u32) -> String {
     let large = "\"integer xresolution\" 128 \"integer yresolution\" 96";
-    let text = program::LAMP.replace("\"integer xresolution\" 16 \"integer yresolution\" 12", large);
+    let text = program::lamps().replace("\"integer xresolution\" 16 \"integer yresolution\" 12", large);
     text.replace("\"integer pixelsamples\" 4", &format!("\"integer pixelsamples\" {samples}"))
 }
 

@@ -60,7 +60,8 @@ fn a_task_that_is_killed_goes_on_when_it_is_run_again() {
     let folder = Folder::new("openjd it's");
     folder.write("s.01.pbrt", scene(384));
     let words = ["farm", "openjd", "s.##.pbrt", "-o", "out.###.exr", "--frames", "1..1", "--parts", "2"];
-    folder.run(&[&words[..], &["--", "--checkpoint", "4i", "--threads", "2"]].concat()).code(0);
+    let options = ["--", "--lights", "cache-points", "--checkpoint", "4i", "--threads", "2"];
+    folder.run(&[&words[..], &options].concat()).code(0);
     let template = folder.path("out.farm/template.json");
     check(&openjd, &template);
     let value = |name: &str, file: &str| format!("{name}={}", folder.path(file).display());
@@ -78,6 +79,8 @@ fn a_task_that_is_killed_goes_on_when_it_is_run_again() {
         let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
         (output.status.success(), said)
     };
+    let (is_done, said) = end(task("Lesson", &["Frame=1"]));
+    assert!(is_done && folder.path("parts/out.001.lesson").exists(), "{said}");
     // The first part dies once it has something to go on from.
     let mut first = task("Render", &["Frame=1", "Part=1"]);
     wait("a checkpoint, or the end", 60, || {
@@ -99,23 +102,15 @@ fn a_task_that_is_killed_goes_on_when_it_is_run_again() {
     assert!(is_done, "{said}");
     assert_eq!(std::fs::read_dir(folder.path("parts")).expect("a folder").count(), 0);
 
-    for part in ["1/2", "2/2"] {
-        let name = format!("{}.exr", &part[..1]);
-        let words = [
-            "render",
-            "s.##.pbrt",
-            "--frames",
-            "1",
-            "-o",
-            &format!("plain#-{name}"),
-            "--part",
-            part,
-            "--checkpoint",
-            "off",
-            "--quiet",
-        ];
+    for part in ["0/2", "1/2", "2/2"] {
+        let name = format!("plain#-{}.exr", &part[..1]);
+        let words = ["render", "s.##.pbrt", "--frames", "1", "-o", &name, "--part", part, "--quiet"];
+        let lesson: &[&str] =
+            if part == "0/2" { &["--save-cache", "x#"] } else { &["--load-cache", "x#", "--freeze-cache"] };
+        let words = [&words[..], &["--lights", "cache-points", "--checkpoint", "off"], lesson].concat();
         lanternfish(&folder.path(""), &words);
     }
-    lanternfish(&folder.path(""), &["merge", "plain1-1.exr", "plain1-2.exr", "-o", "whole.exr"]);
+    let parts = ["plain1-0.exr", "plain1-1.exr", "plain1-2.exr"];
+    lanternfish(&folder.path(""), &[&["merge", "-o", "whole.exr"], &parts[..]].concat());
     assert!(pixels(&folder.path("out.001.exr")) == pixels(&folder.path("whole.exr")), "the image is another");
 }

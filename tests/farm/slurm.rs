@@ -190,9 +190,10 @@ fn tasks_that_are_killed_stopped_and_requeued_change_nothing() {
     std::fs::write(folder.join("s.pbrt"), scene(SAMPLES)).expect("written");
     let (input, output) = (format!("{name}/s.pbrt"), format!("{name}/out.exr"));
     let farm = ["farm", "slurm", &input, "-o", &output, "--parts", "8"];
-    let options = ["--sbatch", "--time=10", "--sbatch", "--mem=1000", "--", "--checkpoint", "4i", "--threads", "1"];
-    let said = cluster.done(PROGRAM, &[&farm[..], &options].concat());
-    let [render, merge] = &jobs(&said)[..] else { panic!("{said}") };
+    let sbatch = ["--sbatch", "--time=10", "--sbatch", "--mem=1000", "--"];
+    let options = ["--lights", "cache-points", "--checkpoint", "4i", "--threads", "1"];
+    let said = cluster.done(PROGRAM, &[&farm[..], &sbatch, &options].concat());
+    let [lesson, render, merge] = &jobs(&said)[..] else { panic!("{said}") };
 
     // Each once it has something to go on from: one dies, one is told that its time is nearly up, one's machine is taken back.
     let part = |k: u32| folder.join(format!("out.farm/parts/out.{k}-of-8.exr"));
@@ -217,6 +218,7 @@ fn tasks_that_are_killed_stopped_and_requeued_change_nothing() {
         cluster.run("scontrol", &["requeue", &format!("{render}_2")]);
     }
 
+    assert_eq!(cluster.wait_for(lesson), ["COMPLETED"], "{}", cluster.logs(&folder.join("out.farm")));
     assert_eq!(cluster.wait_for(render), ["COMPLETED"; 8], "{}", cluster.logs(&folder.join("out.farm")));
     assert_eq!(cluster.wait_for(merge), ["COMPLETED"], "{}", cluster.logs(&folder.join("out.farm")));
     let logs = cluster.logs(&folder.join("out.farm"));
@@ -228,26 +230,19 @@ fn tasks_that_are_killed_stopped_and_requeued_change_nothing() {
         assert!(!part(k).exists() && !checkpoint(k).exists(), "parts that were merged are removed");
     }
 
+    assert_eq!(std::fs::read_dir(folder.join("out.farm/parts")).expect("a folder").count(), 0);
+
     // The same parts without a fault.
     let plain = cluster.path("plain");
     std::fs::create_dir(&plain).expect("a folder");
-    let names: Vec<String> = (1..=8).map(|k| format!("{k}.exr")).collect();
-    for (name, k) in names.iter().zip(1..) {
+    let names: Vec<String> = (0..=8).map(|k| format!("{k}.exr")).collect();
+    for (name, k) in names.iter().zip(0..) {
         let part = format!("{k}/8");
-        let words = [
-            "render",
-            &format!("../{input}"),
-            "-o",
-            name,
-            "--part",
-            &part,
-            "--threads",
-            "2",
-            "--checkpoint",
-            "off",
-            "--quiet",
-        ];
-        lanternfish(&plain, &words);
+        let from = format!("../{input}");
+        let words = ["render", &from, "-o", name, "--part", &part, "--threads", "2", "--checkpoint", "off", "--quiet"];
+        let lesson: &[&str] =
+            if k == 0 { &["--save-cache", "lesson"] } else { &["--load-cache", "lesson", "--freeze-cache"] };
+        lanternfish(&plain, &[&words[..], &["--lights", "cache-points"], lesson].concat());
     }
     let words: Vec<&str> =
         ["merge"].into_iter().chain(names.iter().map(String::as_str)).chain(["-o", "whole.exr"]).collect();
@@ -266,7 +261,7 @@ fn a_job_that_fails_is_not_merged_until_it_is_mended() {
     let farm =
         ["farm", "slurm", "s.####.pbrt", "-o", "f.exr", "--frames", "1..3", "--frames-per-task", "2", "--parts", "2"];
     let said = cluster.done(PROGRAM, &farm);
-    let [render, merge] = &jobs(&said)[..] else { panic!("{said}") };
+    let [_, render, merge] = &jobs(&said)[..] else { panic!("{said}") };
     let mut states = cluster.wait_for(render);
     states.sort();
     assert_eq!(states, ["COMPLETED", "COMPLETED", "FAILED", "FAILED"], "{}", cluster.logs(&cluster.path("f.farm")));
@@ -275,7 +270,7 @@ fn a_job_that_fails_is_not_merged_until_it_is_mended() {
     // The scene is there now: the same command again finds what was done, and ends with three images.
     std::fs::write(cluster.path("s.0003.pbrt"), scene(4)).expect("written");
     let said = cluster.done(PROGRAM, &farm);
-    let [_, merge] = &jobs(&said)[..] else { panic!("{said}") };
+    let [_, _, merge] = &jobs(&said)[..] else { panic!("{said}") };
     assert!(
         cluster.wait_for(merge).iter().all(|state| state == "COMPLETED"),
         "{}",

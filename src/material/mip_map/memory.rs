@@ -91,6 +91,8 @@ pub struct TextureMemory {
     has_failed: AtomicBool,
     /// Bytes that images take while they are cut into tiles.
     cutting: Mutex<u64>,
+    /// The most that one of them has taken and given back.
+    returned: AtomicU64,
     /// Some of them were given back.
     given_back: Condvar,
 }
@@ -104,6 +106,7 @@ pub(super) struct Room<'a> {
 impl Drop for Room<'_> {
     fn drop(&mut self) {
         *self.memory.cutting() -= self.bytes;
+        self.memory.returned.fetch_max(self.bytes, Ordering::Relaxed);
         self.memory.given_back.notify_all();
     }
 }
@@ -119,6 +122,7 @@ impl TextureMemory {
             faults: Mutex::default(),
             has_failed: AtomicBool::new(false),
             cutting: Mutex::default(),
+            returned: AtomicU64::new(0),
             given_back: Condvar::default(),
         }
     }
@@ -162,10 +166,11 @@ impl TextureMemory {
         }
     }
 
-    /// Whether the process's limit leaves so many bytes, if tiles make way. What was given back may be counted as taken for a while: so a tenth more is allowed.
+    /// Whether the process's limit leaves so many bytes, if tiles make way. What was given back may be counted as taken, until it is taken again: so what one image before has had is
+    /// there for another, and a tenth more is allowed.
     pub(super) fn has_left(&self, bytes: u64) -> bool {
         let Some(limit) = memory::limit() else { return true };
-        let left = limit.saturating_sub(memory::resident());
+        let left = limit.saturating_sub(memory::resident()) + self.returned.load(Ordering::Relaxed);
         left >= bytes || left + self.shed(bytes - left) + limit / 10 >= bytes
     }
 

@@ -16,9 +16,10 @@ pub use state::Kept;
 pub(super) use state::{KeptRef, OpenPass, Rest, RestRef};
 
 use super::identity::Identity;
-use super::state_file::{self, Fault, Magic};
+use super::state_file::{self, Fault, Magic, Times};
 use crate::system::memory;
 use crate::system::output::OutputError;
+use crate::system::rewrite::drop_spare;
 
 /// What checkpoints begin with; the digit is the version.
 const MAGIC: Magic = *b"LFCHECK3";
@@ -87,8 +88,16 @@ pub struct Keeper<'a> {
 
 #[derive(Default)]
 struct Writer {
-    thread: Option<JoinHandle<Result<(), OutputError>>>,
+    thread: Option<JoinHandle<Written>>,
     failed: Option<OutputError>,
+    /// The memory of the copy before, for the next one: none where memory is limited.
+    spare: Vec<Vec<u8>>,
+}
+
+/// What became of a checkpoint, and the memory of its copy.
+struct Written {
+    result: Result<(), OutputError>,
+    pieces: Vec<Vec<u8>>,
 }
 
 /// When the next checkpoint is due.
@@ -138,26 +147,32 @@ impl<'a> Keeper<'a> {
         writer.join();
         let (path, identity) = (self.path.clone(), self.identity.clone());
         if !has_room_for_copy(state) {
-            writer.failed = state_file::write_in_place(&path, MAGIC, &identity, |out| state.write_to(out)).err();
+            writer.failed =
+                state_file::write_in_place(&path, MAGIC, &identity, Times::Many, |out| state.write_to(out)).err();
             return;
         }
-        let pieces = match state.to_pieces() {
+        let pieces = match state.to_pieces(std::mem::take(&mut writer.spare)) {
             Ok(pieces) => pieces,
             Err(reason) => {
                 writer.failed = Some(OutputError::new(&path, reason));
                 return;
             }
         };
-        writer.thread = Some(std::thread::spawn(move || state_file::write(&path, MAGIC, &identity, &pieces)));
+        writer.thread = Some(std::thread::spawn(move || {
+            let result = state_file::write(&path, MAGIC, &identity, Times::Many, &pieces);
+            Written { result, pieces: if memory::limit().is_some() { vec![] } else { pieces } }
+        }));
     }
 
-    /// Waits until everything is written.
+    /// Waits until everything is written; no more is to come.
     ///
     /// # Errors
     /// Why the last checkpoint was not written; those before it may have been.
     pub fn settle(&self) -> Result<(), OutputError> {
         let mut writer = self.writer.lock().unwrap_or_else(PoisonError::into_inner);
         writer.join();
+        writer.spare = vec![];
+        drop_spare(&self.path);
         writer.failed.take().map_or(Ok(()), Err)
     }
 
@@ -181,8 +196,10 @@ impl Writer {
     fn join(&mut self) {
         if let Some(thread) = self.thread.take() {
             self.failed = match thread.join() {
-                Ok(Ok(())) => None,
-                Ok(Err(error)) => Some(error),
+                Ok(Written { result, pieces }) => {
+                    self.spare = pieces;
+                    result.err()
+                }
                 Err(_) => Some(OutputError::new(Path::new("checkpoint"), "the thread that wrote it ended")),
             };
         }
@@ -219,11 +236,14 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let [copied, in_place] = ["copied", "in-place"].map(|name| folder.path().join(name));
         let identity = Identity::named("a test");
-        let pieces = state.to_pieces().expect("there is memory");
-        assert!(pieces.len() > 3);
+        // In fresh memory, and in that of a larger copy.
+        let fresh = state.to_pieces(vec![]).expect("there is memory");
+        let pieces = state.to_pieces(vec![vec![1; 9]; fresh.len() + 2]).expect("there is memory");
+        assert!(fresh == pieces && pieces.len() > 3);
         assert_eq!(state.length(), Ok(pieces.concat().len() as u64));
-        state_file::write(&copied, MAGIC, &identity, &pieces).expect("written");
-        state_file::write_in_place(&in_place, MAGIC, &identity, |out| state.write_to(out)).expect("written");
+        state_file::write(&copied, MAGIC, &identity, Times::Many, &pieces).expect("written");
+        state_file::write_in_place(&in_place, MAGIC, &identity, Times::Many, |out| state.write_to(out))
+            .expect("written");
         let bytes = std::fs::read(&copied).expect("it is there");
         assert_eq!(std::fs::read(&in_place).expect("it is there"), bytes);
         let kept = read(&in_place, &identity).expect("whole").expect("there");

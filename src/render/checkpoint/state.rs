@@ -84,18 +84,31 @@ pub struct RestRef<'a> {
 /// Tiles that one task copies: some megabytes.
 const TILES: usize = 128;
 
+/// Memory that one task has cleared, in bytes.
+const PIECE: usize = 1 << 23;
+/// The least that the system clears at a time.
+const PAGE: usize = 4096;
+
 impl KeptRef<'_> {
-    /// A copy, as bytes in pieces: those of [`KeptRef::write_to`]. The render waits for it, so that all threads copy.
+    /// A copy, as bytes in pieces: those of [`KeptRef::write_to`]. The render waits for it, so that all threads copy. The pieces of the copy before are used again where they are
+    /// given: the system need not clear memory for them, which takes as long as copying.
     ///
     /// # Errors
     /// In words; too little memory among them.
-    pub fn to_pieces(&self) -> Result<Vec<Vec<u8>>, String> {
-        let tiles = || self.tiles.par_chunks(TILES).map(|tiles| copied(|out| each(tiles, out))).collect();
-        let (tiles, rest) = rayon::join(tiles, || copied(|out| one(&self.rest, out)));
-        let tiles: Result<Vec<Vec<u8>>, String> = tiles;
+    pub fn to_pieces(&self, mut before: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>, String> {
+        before.resize_with(2 + self.tiles.len().div_ceil(TILES), Vec::new);
+        let [length, tiles @ .., rest] = &mut before[..] else {
+            return Err("there are at least two pieces".to_owned());
+        };
         // A list is its length, then one element after the other.
-        let length = copied(|out| one(&self.tiles.len(), out))?;
-        Ok(std::iter::once(length).chain(tiles?).chain(std::iter::once(rest?)).collect())
+        copy(length, |out| one(&self.tiles.len(), out))?;
+        let copy_tiles = || {
+            let pieces = tiles.par_iter_mut().zip(self.tiles.par_chunks(TILES));
+            pieces.try_for_each(|(piece, tiles)| copy(piece, |out| each(tiles, out)))
+        };
+        let (tiles_done, rest_done) = rayon::join(copy_tiles, || copy(rest, |out| one(&self.rest, out)));
+        tiles_done.and(rest_done)?;
+        Ok(before)
     }
 
     /// How many they are.
@@ -128,13 +141,21 @@ fn length(write: impl Fn(&mut dyn Write) -> Result<(), String>) -> Result<u64, S
     write(&mut count).map(|()| count.0)
 }
 
-/// What `write` writes, in memory that is taken at once: a list that doubles as it grows would be copied several times.
-fn copied(write: impl Fn(&mut dyn Write) -> Result<(), String>) -> Result<Vec<u8>, String> {
+/// Copies what `write` writes to `bytes`, whose memory grows at once where it must: a list that doubles as it grows would be copied several times.
+fn copy(bytes: &mut Vec<u8>, write: impl Fn(&mut dyn Write) -> Result<(), String>) -> Result<(), String> {
+    let before = bytes.capacity();
+    bytes.clear();
     let length = usize::try_from(length(&write)?).map_err(|error| error.to_string())?;
-    let mut bytes = vec![];
     bytes.try_reserve_exact(length).map_err(|error| error.to_string())?;
-    write(&mut bytes)?;
-    Ok(bytes)
+    // New memory is found and cleared by the system when it is first written to: here by all threads.
+    if bytes.capacity() > before && length > PIECE {
+        bytes.spare_capacity_mut().par_chunks_mut(PIECE).for_each(|piece| {
+            piece.iter_mut().step_by(PAGE).for_each(|byte| {
+                byte.write(0);
+            });
+        });
+    }
+    write(bytes)
 }
 
 /// Counts what is written to it.
