@@ -17,7 +17,7 @@ pub struct FarmArguments {
 /// Schedulers.
 #[derive(Debug, Subcommand)]
 pub enum Scheduler {
-    /// Render on a Slurm cluster: write batch scripts and submit them, an array of renders and an array of merges that waits for it.
+    /// Render on a Slurm cluster: write batch scripts and submit them: an array of lessons, one of renders and one of merges, each waiting for the one before.
     Slurm(SlurmArguments),
     /// Write a job template of Open Job Description, for AWS Deadline Cloud and other schedulers that read it.
     Openjd(JobArguments),

@@ -68,7 +68,7 @@ fn prepare(arguments: &JobArguments, frames_per_task: u32, more: &[&str]) -> Res
         Some(program) => program.clone(),
         None => std::env::current_exe().map_err(unknown("this program"))?,
     };
-    let job = FarmJob {
+    let mut job = FarmJob {
         program: plain_name(&program)?,
         scene: plain_name(&arguments.scene)?,
         output: plain_name(&output)?,
@@ -80,7 +80,9 @@ fn prepare(arguments: &JobArguments, frames_per_task: u32, more: &[&str]) -> Res
         teaches: !arguments.no_lesson,
         keep_parts: arguments.keep_parts,
         options: arguments.options.clone(),
+        png: None,
     };
+    job.hand_over_png()?;
     job.check()?;
     check_options(&job, more)?;
     let first = |name: &str| match &job.frames {
@@ -97,6 +99,7 @@ fn prepare(arguments: &JobArguments, frames_per_task: u32, more: &[&str]) -> Res
         Ok(_) => {}
     }
     check_writable(&first(&job.output))?;
+    job.png.iter().try_for_each(|png| check_writable(&first(png)))?;
     Ok(job)
 }
 

@@ -126,7 +126,9 @@ impl Outputs {
             write_png(png, &outcome.film.beauty(), 0.0)?;
         }
         self.write_cache_points(job, outcome)?;
-        if let Some(path) = &self.lesson {
+        // Parts must not begin with a lesson that is to go on.
+        let is_half = outcome.interrupted && job.is_lesson;
+        if let Some(path) = self.lesson.as_ref().filter(|_| !is_half) {
             job.write_lesson(outcome, path, &origin.lesson)?;
         }
         Ok(write_exr(&self.image, &channels)?)

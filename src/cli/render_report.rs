@@ -146,9 +146,10 @@ pub(super) fn replay_command(
     if !passes.is_empty() {
         words.extend(["--passes".to_owned(), passes.join(",")]);
     }
+    // What names other frames, and what is written by whole renders only.
     let mut rest = vec![];
     while let Some(argument) = arguments.next() {
-        match argument.strip_prefix("--frames") {
+        match ["--frames", "--save-cache"].iter().find_map(|name| argument.strip_prefix(name)) {
             Some("") => drop(arguments.next()),
             Some(value) if value.starts_with('=') => {}
             _ => rest.push(argument),
@@ -205,7 +206,8 @@ mod tests {
         assert!(text.ends_with(&command), "{text}");
         let timed = replay_command(words.into_iter(), first, [1, 1, 2, 4, 3].into_iter(), None);
         assert!(timed.contains(" --replay 35,7,9 --passes 1,1,2,4,3 'my"), "{timed}");
-        let words = ["lanternfish", "render", "s.####.pbrt", "--frames", "1..9", "--png"].map(str::to_owned);
+        let words = ["lanternfish", "render", "s.####.pbrt", "--frames", "1..9", "--save-cache", "x", "--png"];
+        let words = words.map(str::to_owned);
         let of_sequence = replay_command(words.into_iter(), first, [].into_iter(), Some(3));
         assert_eq!(of_sequence, "lanternfish render --frames=3 --replay 35,7,9 's.####.pbrt' --png");
         // Another tile has one that comes earlier.

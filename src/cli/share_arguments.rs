@@ -28,7 +28,8 @@ pub struct ShareArguments {
     /// Begin with what another render of the scene has learned.
     #[arg(long, value_name = "FILE", help_heading = "Farms")]
     pub load_cache: Option<PathBuf>,
-    /// Learn nothing more than --load-cache brings: then samples of all parts are points of one sequence, spread as evenly as those of one render.
+    /// Learn nothing more about the lights than --load-cache brings: then samples of all parts are points of one sequence, spread as evenly as those of one
+    /// render.
     #[arg(long, requires = "load_cache", conflicts_with = "save_cache", help_heading = "Farms")]
     pub freeze_cache: bool,
 }

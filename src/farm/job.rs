@@ -29,6 +29,8 @@ pub struct FarmJob {
     pub keep_parts: bool,
     /// Options of `lanternfish render`, for every task.
     pub options: Vec<String>,
+    /// The PNG that merges write too, named as the image is: see [`FarmJob::hand_over_png`].
+    pub png: Option<String>,
 }
 
 /// Why a job cannot be handed to a farm.
@@ -60,6 +62,8 @@ pub enum FarmError {
 /// Options that write files beyond the image, or something else than an image. `merge` does not write them.
 const OF_WHOLE_RENDERS: [&str; 5] = ["--png", "--stats", "--debug-cache-points", "--save-cache", "--replay"];
 
+const EVERY_FRAME: &str = "every frame would write the same file; put #### in its name";
+
 impl FarmJob {
     /// Checks what the types do not say.
     ///
@@ -77,10 +81,38 @@ impl FarmJob {
                 return Err(FarmError::Option(name, "every part of a frame would write the same file"));
             }
             if self.frames.is_some() && self.value_of(name).is_some_and(|file| !file.contains('#')) {
-                return Err(FarmError::Option(name, "every frame would write the same file; put #### in its name"));
+                return Err(FarmError::Option(name, EVERY_FRAME));
             }
         }
+        if self.frames.is_some() && self.png.as_ref().is_some_and(|file| !file.contains('#')) {
+            return Err(FarmError::Option("--png", EVERY_FRAME));
+        }
         Ok(())
+    }
+
+    /// Where a frame has parts, a PNG that the options ask for is not theirs but that of the merged image: hands it over to the merges.
+    ///
+    /// # Errors
+    /// A name that scripts cannot hold.
+    pub fn hand_over_png(&mut self) -> Result<(), FarmError> {
+        const PNG: &str = "--png";
+        if self.parts == 1 || !self.has_option(PNG) {
+            return Ok(());
+        }
+        let file = match self.value_of(PNG) {
+            Some(file) => self.absolute(Path::new(file))?,
+            None => plain_name(&Path::new(&self.output).with_extension("png"))?,
+        };
+        let with_value = self.options.iter().any(|word| word == PNG) && self.value_of(PNG).is_some();
+        let at = self.options.iter().position(|word| is_option(word, PNG)).unwrap_or(0);
+        self.options.drain(at..=at + usize::from(with_value));
+        self.png = Some(file);
+        Ok(())
+    }
+
+    /// A name that is relative to the folder that options are.
+    fn absolute(&self, path: &Path) -> Result<String, FarmError> {
+        plain_name(&Path::new(&self.working_folder).join(path))
     }
 
     /// The value that the options give to `name`.
@@ -92,9 +124,12 @@ impl FarmJob {
         }
     }
 
-    /// Whether the first samples of each frame are a task of their own that the parts wait for, and learn from: where there are parts, and the options name no other teacher.
+    /// Whether the first samples of each frame are a task of their own that the parts wait for, and learn from: where there are parts, samples enough as far as the options say, and
+    /// no other teacher is named.
     pub fn has_lesson(&self) -> bool {
-        self.teaches && self.parts > 1 && !self.has_option("--load-cache")
+        let samples = self.value_of("--spp").and_then(|value| value.parse::<u32>().ok());
+        let are_enough = samples.is_none_or(|samples| samples > self.parts);
+        self.teaches && self.parts > 1 && are_enough && !self.has_option("--load-cache")
     }
 
     /// Whether the options say something of `name`.

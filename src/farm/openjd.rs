@@ -126,6 +126,11 @@ pub fn template(job: &FarmJob) -> Result<(Template, Values), FarmError> {
         );
         values.insert(2, ("Frames", range));
     }
+    if let Some(png) = &job.png {
+        let what = "The PNG to write of each merged image; #### is the number of the frame.";
+        parameters.push(path("Png", what, "OUT"));
+        values.push(("Png", png.clone()));
+    }
     if let Some((name, value)) = values.iter().find(|(_, value)| value.chars().count() > LONGEST) {
         return Err(FarmError::Long(name, value.chars().count()));
     }
@@ -203,15 +208,29 @@ fn rendering_step(job: &FarmJob, part: &'static str, parameter_space: Option<Val
 
 fn merge_step(job: &FarmJob) -> Step {
     let keep = if job.keep_parts { "yes" } else { "no" };
-    let mut arguments =
-        vec!["{{Task.File.Merge}}", "{{Param.Program}}", "{{Param.Output}}", "{{Param.Parts}}", is_taught(job), keep];
+    let awaited: Vec<Value> = job
+        .has_lesson()
+        .then_some("Lesson")
+        .into_iter()
+        .chain(["Render"])
+        .map(|step| json!({ "dependsOn": step }))
+        .collect();
+    let mut arguments = vec![
+        "{{Task.File.Merge}}",
+        "{{Param.Program}}",
+        "{{Param.Output}}",
+        "{{Param.Parts}}",
+        is_taught(job),
+        keep,
+        if job.png.is_some() { "{{Param.Png}}" } else { "no" },
+    ];
     let parameter_space = job.frames.is_some().then(|| {
         arguments.push("{{Task.Param.Frame}}");
         json!({ "taskParameterDefinitions": [frame_parameter()] })
     });
     Step {
         name: "Merge",
-        dependencies: Some(json!([{ "dependsOn": "Render" }])),
+        dependencies: Some(json!(awaited)),
         host_requirements: host(),
         parameter_space,
         script: Script {

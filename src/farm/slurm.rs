@@ -11,8 +11,8 @@ const NOTICE: u32 = 60;
 /// What Slurm takes beyond the job.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SlurmOptions {
-    /// Options of `sbatch` of the user's, each the rest of a line that begins with `#SBATCH`. They overrule those of renders; merges keep
-    /// their array.
+    /// Options of `sbatch` of the user's, each the rest of a line that begins with `#SBATCH`. They overrule those of renders and lessons, but
+    /// for the lessons' array; merges keep theirs.
     pub sbatch: Vec<String>,
 }
 
@@ -65,11 +65,12 @@ pub fn lesson_script(job: &FarmJob, options: &SlurmOptions) -> Result<Option<Str
     let own = [
         format!("--job-name={label}-lesson"),
         format!("--output={}/logs/lesson-%A_%a.log", job.folder.replace('%', "%%")),
-        format!("--array=0-{last}"),
     ];
     let own = own.iter().chain(&of_renders(job)).map(|option| quoted(option)).collect::<Vec<_>>();
+    let array = format!("--array=0-{last}");
     let what = format!("# Renders the first samples of {}, which teach the others.", shown(&job.output));
-    rendering(job, head(&what, options.sbatch.iter().cloned().chain(own)), "teaches").map(Some)
+    let head = head(&what, own.into_iter().chain(options.sbatch.iter().cloned()).chain([array]));
+    rendering(job, head, "teaches").map(Some)
 }
 
 /// Options of `sbatch` for all that renders.
@@ -124,6 +125,8 @@ pub fn merge_script(job: &FarmJob, options: &SlurmOptions) -> Result<Option<Stri
     text += "# This file: an image that is newer is this job's own.\n";
     assign(&mut text, "script", &format!("{}/{MERGE}", job.folder))?;
     assign(&mut text, "keep_parts", if job.keep_parts { "yes" } else { "" })?;
+    text += "# The PNG to write beside, if any.\n";
+    assign(&mut text, "png", job.png.as_deref().unwrap_or(""))?;
     text += "# Part 0 is the lesson of the others, where there is one.\n";
     text += &format!("first_part={}\n", u8::from(!job.has_lesson()));
     Ok(Some(text + "\n" + NUMBERED + "\n" + include_str!("slurm_merge.sh")))

@@ -7,10 +7,11 @@ if [ -n "$first" ]; then
     [ "$to" -le "$last" ] || to=$last
 fi
 while [ "$frame" -le "$to" ]; do
-    image=$output names=$part_names
+    image=$output names=$part_names picture=$png
     if [ -n "$first" ]; then
         image=$(numbered "$output")
         names=$(numbered "$part_names")
+        picture=$(numbered "$png")
     fi
     set --
     part=$first_part
@@ -20,7 +21,7 @@ while [ "$frame" -le "$to" ]; do
     done
     # The first part is the first to be removed: where it is missing and the image is there, the task did this frame before it was requeued.
     if [ -e "$1" ] || [ ! "$image" -nt "$script" ]; then
-        "$program" merge "$@" -o "$image"
+        "$program" merge "$@" -o "$image" ${picture:+--png "$picture"}
     fi
     [ -n "$keep_parts" ] || rm -f -- "$@" "$names.lesson"
     frame=$((frame + 1))

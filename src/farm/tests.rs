@@ -60,6 +60,7 @@ impl Place {
             teaches: false,
             keep_parts: false,
             options: vec!["--spp".to_owned(), AWKWARD.to_owned()],
+            png: None,
         };
         job.check().expect("it is right");
         job
@@ -189,7 +190,8 @@ fn every_part_of_every_frame_is_rendered_once_and_merged_once() {
 fn the_lesson_of_each_frame_comes_first_and_goes_with_its_parts() {
     let place = Place::new();
     let options = SlurmOptions::default();
-    let job = FarmJob { teaches: true, ..place.job(2, Some(7..=9), 2) };
+    let png = Some(place.text("b-#.png"));
+    let job = FarmJob { teaches: true, png, ..place.job(2, Some(7..=9), 2) };
     let lesson = lesson_script(&job, &options).expect("a script").expect("there is a lesson");
     let render = render_script(&job, &options).expect("a script");
     is_shell(&lesson);
@@ -221,13 +223,17 @@ fn the_lesson_of_each_frame_comes_first_and_goes_with_its_parts() {
     let script = merge_script(&job, &options).expect("a script").expect("two parts");
     std::fs::write(place.path("merge.sh"), &script).expect("written");
     assert!(place.task(&script, 1, 0).status().expect("sh is there").success());
-    let image = place.text("a-0009-b.exr");
-    assert_eq!(place.notes(), [[&["merge".to_owned()], &files[..3], &["-o".to_owned(), image]].concat()]);
+    let [image, png] = ["a-0009-b.exr", "b-9.png"].map(|name| place.text(name));
+    let outputs = ["-o".to_owned(), image, "--png".to_owned(), png];
+    assert_eq!(place.notes(), [[&["merge".to_owned()], &files[..3], &outputs].concat()]);
     assert_eq!(std::fs::read_dir(place.path("parts")).expect("a folder").count(), 0);
     // One part learns for itself, and so do those that have another teacher.
     let none = |job: &FarmJob| lesson_script(job, &options).expect("right").is_none();
     assert!(none(&FarmJob { parts: 1, ..job.clone() }) && none(&FarmJob { teaches: false, ..job.clone() }));
-    assert!(none(&FarmJob { options: vec!["--load-cache=x".to_owned()], ..job }));
+    for (options, expected) in [("--load-cache=x", true), ("--spp 2", true), ("--spp 3", false), ("--spp=2", true)] {
+        let options = options.split(' ').map(str::to_owned).collect();
+        assert_eq!(none(&FarmJob { options, ..job.clone() }), expected);
+    }
 }
 
 #[test]
@@ -354,8 +360,9 @@ fn threads_and_memory_are_what_was_granted_unless_options_say_otherwise() {
 #[test]
 fn options_of_sbatch_overrule_those_of_renders_but_not_the_array_of_merges() {
     let place = Place::new();
-    let options = SlurmOptions { sbatch: vec!["--partition=night".into(), "--array=0-5%2".into()] };
-    let job = place.job(2, Some(1..=3), 1);
+    let options =
+        SlurmOptions { sbatch: vec!["--partition=night".into(), "--array=0-5%2".into(), "--signal=B:USR1@600".into()] };
+    let job = FarmJob { teaches: true, ..place.job(2, Some(1..=3), 1) };
     options.check(&job).expect("right");
     let last_array = |script: &str| {
         assert!(script.contains("#SBATCH --partition=night\n"));
@@ -363,6 +370,12 @@ fn options_of_sbatch_overrule_those_of_renders_but_not_the_array_of_merges() {
     };
     let render = render_script(&job, &options).expect("a script");
     assert_eq!(last_array(&render).as_deref(), Some("#SBATCH --array=0-5%2"));
+    let lesson = lesson_script(&job, &options).expect("a script").expect("there is a lesson");
+    assert_eq!(last_array(&lesson).as_deref(), Some("#SBATCH --array=0-2"));
+    for script in [&lesson, &render] {
+        let signal = script.lines().rfind(|line| line.starts_with("#SBATCH --signal"));
+        assert_eq!(signal, Some("#SBATCH --signal=B:USR1@600"));
+    }
     let merge = merge_script(&job, &options).expect("a script").expect("two parts");
     assert_eq!(last_array(&merge).as_deref(), Some("#SBATCH --array=0-2"));
     let logs = render.lines().find(|line| line.contains("--output=")).expect("logs");
@@ -412,6 +425,28 @@ fn what_cannot_be_is_refused() {
 }
 
 #[test]
+fn a_png_is_of_the_merged_image() {
+    let place = Place::new();
+    let handed = |parts, options: &[&str]| {
+        let options = options.iter().map(|word| (*word).to_owned()).collect();
+        let mut job = FarmJob { options, ..place.job(parts, Some(1..=2), 1) };
+        job.hand_over_png().map_err(|error| error.to_string())?;
+        job.check().map_err(|error| error.to_string())?;
+        let png = job.png.map(|png| png.replace(&place.text(""), ""));
+        Ok::<_, String>((job.options.join(" "), png))
+    };
+    let done = |options: &str, png: Option<&str>| Ok((options.to_owned(), png.map(str::to_owned)));
+    assert_eq!(handed(2, &["--png", "--spp", "3"]), done("--spp 3", Some("a-####-b.png")));
+    assert_eq!(handed(2, &["--spp", "3", "--png"]), done("--spp 3", Some("a-####-b.png")));
+    assert_eq!(handed(2, &["--png", "x#.png", "--spp", "3"]), done("--spp 3", Some("x#.png")));
+    assert_eq!(handed(2, &["--png=x#.png"]), done("", Some("x#.png")));
+    assert_eq!(handed(2, &["--spp=3"]), done("--spp=3", None));
+    assert!(handed(2, &["--png=x.png"]).expect_err("one file").starts_with("--png cannot be used here"));
+    // One part is the image.
+    assert_eq!(handed(1, &["--png", "x#.png"]), done("--png x#.png", None));
+}
+
+#[test]
 fn jobs_are_named_after_the_image() {
     for (output, folder) in [
         ("/a/shot.####.exr", "/a/shot.farm"),
@@ -431,7 +466,8 @@ fn jobs_are_named_after_the_image() {
 fn templates_are_what_the_specification_asks_for() {
     let place = Place::new();
     for (parts, frames) in [(4, Some(-2..=3)), (1, None)] {
-        let job = place.job(parts, frames.clone(), 1);
+        let png = frames.as_ref().map(|_| place.text("b-#.png"));
+        let job = FarmJob { teaches: frames.is_none(), png, ..place.job(parts, frames.clone(), 1) };
         let (template, values) = openjd::template(&job).expect("a template");
         let text = serde_json::to_string_pretty(&template).expect("JSON");
         let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");

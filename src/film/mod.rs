@@ -231,6 +231,11 @@ impl Film {
         (self.tiles.iter().map(|t| t.rejected).sum(), first)
     }
 
+    /// Whether no sample so far has brought any light.
+    pub fn is_black(&self) -> bool {
+        self.tiles.iter().flat_map(|tile| &tile.beauty).all(|moments| moments.mean == DVec3::ZERO)
+    }
+
     /// The relative standard error of the image: √(Σ v / Σ m²) over pixels and channels, m being a channel's mean and v the
     /// variance of that mean. It is the RMSE to expect, over the image's root mean square. `None` until every pixel has two
     /// samples, but for pixels whose samples were all rejected; 0 for an image that is black so far.

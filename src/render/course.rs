@@ -12,12 +12,16 @@ use super::stats::Iteration;
 use super::{Budget, Job, Outcome, Progress};
 use crate::film::Film;
 use crate::integrator::Counters;
+use crate::medium::Medium;
 
 /// Samples a pixel at most, where time or error decide.
 pub(super) const MAX_SAMPLES: u32 = 1 << 24;
 
 /// An error estimate from fewer samples a pixel than this is not trusted to stop a render.
 const MIN_SAMPLES_FOR_ERROR: u32 = 8;
+
+/// An image that is black although something shines is not believed before this many: what is seen of the light may be rare.
+const MIN_SAMPLES_OF_BLACK: u32 = 1024;
 
 /// Where tiles that were begun are finished, this stops none of them.
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -76,11 +80,13 @@ impl Course {
             Budget::Time(_) | Budget::Error(_) => MAX_SAMPLES,
         };
         let pixels = job.film.bounds.area() as u64;
+        let may_be_lit = !job.world.lights.is_empty() || job.world.media.iter().any(Medium::is_emissive);
+        let is_over = |course: &Self| course.is_over(limit, budget, may_be_lit);
         let tracking = Tracking::new(budget, limit, pixels, start, progress);
         progress.start(tracking.total());
         tracking.tiles_ended(self.samples_so_far());
         let mut due = keeper.map(|keeper| keeper.next(tracking.samples(), pixels));
-        while !self.is_over(limit, budget) {
+        while !is_over(&self) {
             if interrupt.load(Ordering::Relaxed) {
                 self.keep(job, keeper, start);
                 break;
@@ -115,7 +121,7 @@ impl Course {
             self.end_pass(job, limit);
             tracking.pass_ended(self.film.error_estimate());
         }
-        let interrupted = interrupt.load(Ordering::Relaxed) && !self.is_over(limit, budget);
+        let interrupted = interrupt.load(Ordering::Relaxed) && !is_over(&self);
         if let Some(pass) = self.pass.take() {
             self.note(&pass, 0.0);
         }
@@ -140,13 +146,14 @@ impl Course {
     }
 
     /// Whether nothing is left to do.
-    fn is_over(&self, limit: u32, budget: Budget) -> bool {
+    fn is_over(&self, limit: u32, budget: Budget, may_be_lit: bool) -> bool {
         if self.pass.is_some() {
             return false;
         }
-        let is_good = || match budget {
-            Budget::Error(target) => self.film.error_estimate().is_some_and(|error| error <= target),
-            _ => false,
+        let Budget::Error(target) = budget else { return self.done >= limit };
+        let is_good = || {
+            let enough = if may_be_lit && self.film.is_black() { MIN_SAMPLES_OF_BLACK } else { MIN_SAMPLES_FOR_ERROR };
+            self.done >= enough && self.film.error_estimate().is_some_and(|error| error <= target)
         };
         self.done >= limit || self.done >= MIN_SAMPLES_FOR_ERROR && is_good()
     }

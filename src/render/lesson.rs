@@ -16,7 +16,7 @@ use crate::cache_points::kept::{KeptPoints, KeptPointsRef};
 use crate::system::output::OutputError;
 
 /// What such files begin with; the digit is the version.
-const MAGIC: Magic = *b"LFLEARN2";
+const MAGIC: Magic = *b"LFLEARN3";
 
 /// Samples, by number, of a seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -91,6 +91,8 @@ pub struct Lesson {
     pub splitting: Option<Splitting>,
     /// What taught it.
     pub taken: Vec<Taken>,
+    /// Whether those are samples of the frame that its parts leave to it ([`super::Share::Lesson`]).
+    pub is_of_frame: bool,
 }
 
 /// The same, where it is.
@@ -104,6 +106,8 @@ pub struct LessonRef<'a> {
     pub splitting: &'a Option<Splitting>,
     /// See [`Lesson::taken`].
     pub taken: &'a [Taken],
+    /// See [`Lesson::is_of_frame`].
+    pub is_of_frame: bool,
 }
 
 impl LessonRef<'_> {

@@ -231,8 +231,10 @@ fn missing(parts: &[Part]) -> Option<String> {
 /// The samples that taught the parts, where none of them has those: part 1 begins with the first one that did not.
 fn lesson_missing(parts: &[Part]) -> Option<String> {
     let first = parts.iter().find(|part| part.numbers.as_ref().is_some_and(|(n, _)| n.contains(&1)))?.taken.first()?;
-    let is_whole = parts.iter().flat_map(|part| &part.taken).any(|t| t.seed == first.seed && t.first == 0);
+    let taken = joined(parts.iter().flat_map(|part| &part.taken).copied());
+    let reaches = |taken: &Taken| taken.seed == first.seed && taken.first == 0 && taken.end >= first.first;
     let lesson = Taken { first: 0, end: first.first, ..*first };
+    let is_whole = first.first == 0 || taken.iter().any(reaches);
     (!is_whole).then(|| format!("part 0 is missing, the lesson of the others: {lesson}"))
 }
 

@@ -159,6 +159,8 @@ pub struct Job {
     pub seed: u32,
     /// Whether the last pass is learned from as well: for other renders.
     pub teaches: bool,
+    /// Whether it is the lesson of a frame's parts.
+    pub is_lesson: bool,
     /// Whether nothing more is learned than was known before the first pass.
     pub is_frozen: bool,
     /// The samples that taught it what it begins with.
@@ -212,7 +214,7 @@ impl Job {
         let taken = [self.taught_by.as_slice(), &[self.taken(outcome)]].concat();
         let points = self.world.light_choice.cache_points().map(CachePoints::kept);
         let Guides { mixing, splitting } = &outcome.guides;
-        LessonRef { points, mixing, splitting, taken: &taken }.write(path, identity)
+        LessonRef { points, mixing, splitting, taken: &taken, is_of_frame: self.is_lesson }.write(path, identity)
     }
 
     /// Renders until `budget` is used up or `interrupt` is set. The samples of an unfinished pass are kept: each pixel then has its

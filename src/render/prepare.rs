@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::lesson::{Lesson, LessonError, first_untaken};
 use super::plan::Plan;
-use super::{Job, RenderError, RenderSettings, SamplerKind, Timings, ViewRays, build, may_take, memory};
+use super::{Job, RenderError, RenderSettings, SamplerKind, Share, Timings, ViewRays, build, may_take, memory};
 use crate::cache_points::CachePoints;
 use crate::film::{Film, FilmSettings};
 use crate::geometry::Backend;
@@ -48,8 +48,10 @@ impl Job {
         let seed = settings.seed(scene_seed);
         let mut lesson = lesson;
         let taught_by = lesson.as_mut().map_or_else(Vec::new, |lesson| std::mem::take(&mut lesson.taken));
-        let (first_sample, budget) =
-            settings.share.of(settings.budget, scene_spp, film.bounds.area(), first_untaken(&taught_by, seed))?;
+        // Parts leave to the frame's own lesson what it has taken; any other has to have taken other samples.
+        let is_of_frame = lesson.as_ref().is_some_and(|lesson| lesson.is_of_frame);
+        let taught = if is_of_frame { first_untaken(&taught_by, seed) } else { 0 };
+        let (first_sample, budget) = settings.share.of(settings.budget, scene_spp, film.bounds.area(), taught)?;
         warn_about_engine(scene, warnings)?;
         settings.warn_ignored(warnings);
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
@@ -142,6 +144,7 @@ impl Job {
             scene_seed,
             seed,
             teaches: settings.save_cache.is_some(),
+            is_lesson: matches!(settings.share, Share::Lesson { .. }),
             is_frozen: settings.freeze_cache,
             taught_by,
             taught: None,

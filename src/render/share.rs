@@ -46,12 +46,23 @@ const SHARE_OF_TIME: u32 = 16;
 
 /// A part that has no samples: there are more parts than samples a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("part {number} of {of} has no sample: a pixel has {samples}, {taught} of them in the lesson, so there can be {} parts at most", samples - taught)]
-pub struct EmptyShare {
-    number: u32,
-    of: u32,
-    samples: u32,
-    taught: u32,
+pub enum EmptyShare {
+    /// Nothing is left to it.
+    #[error("part {number} of {of} has no sample: a pixel has {samples}, so there can be {samples} parts at most")]
+    Part {
+        /// Which.
+        number: u32,
+        /// Of how many.
+        of: u32,
+        /// What they share.
+        samples: u32,
+    },
+    /// The lesson would leave too few.
+    #[error("a pixel has {samples} samples: with a lesson there can be {} parts at most, {samples} without (farm --no-lesson)", samples.saturating_sub(1))]
+    Lesson {
+        /// All that there are.
+        samples: u32,
+    },
 }
 
 impl Share {
@@ -66,9 +77,9 @@ impl Share {
             Self::Whole => Ok((0, budget)),
             Self::Samples(Range { start, end }) => Ok((start, Budget::Samples(end - start))),
             Self::Lesson { of } => match budget {
-                Budget::Samples(samples) => match lesson(samples, pixels) {
-                    own if samples - own >= of => Ok((0, Budget::Samples(own))),
-                    taught => Err(EmptyShare { number: of, of, samples, taught }),
+                Budget::Samples(samples) => match lesson(samples, pixels).min(samples.saturating_sub(of)) {
+                    0 => Err(EmptyShare::Lesson { samples }),
+                    own => Ok((0, Budget::Samples(own))),
                 },
                 Budget::Time(time) => Ok((0, Budget::Time(time / SHARE_OF_TIME))),
                 other => Ok((0, other)),
@@ -78,10 +89,14 @@ impl Share {
                     let samples = u64::from(samples.saturating_sub(taught));
                     taught + (samples * u64::from(number) / u64::from(of)) as u32
                 };
-                let Budget::Samples(samples) = budget else { return Ok((part(MAX_SAMPLES, number - 1), budget)) };
+                let Budget::Samples(samples) = budget else {
+                    let first = part(MAX_SAMPLES, number - 1);
+                    let none = EmptyShare::Part { number, of, samples: MAX_SAMPLES - taught.min(MAX_SAMPLES) };
+                    return if taught < MAX_SAMPLES - of { Ok((first, budget)) } else { Err(none) };
+                };
                 let [first, end] = [number - 1, number].map(|number| part(samples, number));
                 if first == end {
-                    return Err(EmptyShare { number, of, samples, taught: taught.min(samples) });
+                    return Err(EmptyShare::Part { number, of, samples: samples.saturating_sub(taught) });
                 }
                 Ok((first, Budget::Samples(end - first)))
             }
@@ -133,13 +148,13 @@ mod tests {
             error.to_string()
         };
         let first = Share::Part { number: 1, of: 3 };
-        let said = |samples, parts| {
-            format!("a pixel has 2, {samples} of them in the lesson, so there can be {parts} parts at most")
-        };
-        assert_eq!(none(first.clone(), 0), format!("part 1 of 3 has no sample: {}", said(0, 2)));
-        assert_eq!(none(first.clone(), 1), format!("part 1 of 3 has no sample: {}", said(1, 1)));
-        assert_eq!(none(first, 64), format!("part 1 of 3 has no sample: {}", said(2, 0)));
-        assert_eq!(none(Share::Lesson { of: 2 }, 0), format!("part 2 of 2 has no sample: {}", said(1, 1)));
+        let said =
+            |left| format!("part 1 of 3 has no sample: a pixel has {left}, so there can be {left} parts at most");
+        assert_eq!([0, 1, 64].map(|taught| none(first.clone(), taught)), [2, 1, 0].map(said));
+        let said = "a pixel has 2 samples: with a lesson there can be 1 parts at most, 2 without (farm --no-lesson)";
+        assert_eq!(none(Share::Lesson { of: 2 }, 0), said);
+        // It makes room where it can.
+        assert_eq!(Share::Lesson { of: 60 }.of(Budget::Samples(64), 1, 9, 0), Ok((0, Budget::Samples(4))));
     }
 
     #[test]
@@ -162,6 +177,8 @@ mod tests {
         assert_eq!(starts, [0, 1 << 22, 1 << 23, 3 << 22]);
         let lesson = Share::Lesson { of: 4 }.of(time, 64, 9, 0);
         assert_eq!(lesson, Ok((0, Budget::Time(Duration::from_secs(5) / 16))));
+        let of_all = Share::Part { number: 1, of: 4 }.of(time, 64, 9, MAX_SAMPLES);
+        assert!(of_all.is_err(), "samples that are never taken cannot be shared");
         let (first, _) = Share::Part { number: 1, of: 4 }.of(time, 64, 9, 9).expect("time is no number");
         assert_eq!(first, 9);
     }

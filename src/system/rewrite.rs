@@ -5,10 +5,12 @@
 
 use std::fs::{self, File};
 use std::io::{self, Seek};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-use super::output::{OutputError, Target, Unfinished, write_atomically};
+use rustix::fs::OFlags;
+
+use super::output::{OutputError, Target, Unfinished, folder_of, write_atomically};
 use super::temporary;
 
 /// Writes `path` whole or not at all, as [`write_atomically`] does, and keeps what was there for the next time, beside it: until [`drop_spare`].
@@ -35,13 +37,19 @@ pub fn rewrite(path: &Path, write: impl FnOnce(&mut File) -> Result<(), String>)
     end(file).map_err(|e| fail(&e))?;
     let old = Unfinished::within(&target, |builder, folder| builder.make_in(folder, |name| linked(&target, name)));
     unfinished.persist(&target).map_err(|e| fail(&e))?;
-    // Where there was none, or there are no links, the next one is a new file. One that has other names is somebody's copy.
+    // Where there was none, or there are no links, the next one is a new file. The old one is written over only once the disk knows that the name is the new one's.
     if let Ok(mut old) = old
-        && old.file().as_file().metadata().is_ok_and(|metadata| metadata.nlink() == 1)
+        && is_nobodys(old.file().as_file())
+        && File::open(folder_of(&target)).and_then(|folder| folder.sync_all()).is_ok()
     {
         let _ = old.persist(&spare(&target));
     }
     Ok(())
+}
+
+/// Whether it is a file that has one name: one that has others is somebody's copy.
+fn is_nobodys(file: &File) -> bool {
+    file.metadata().is_ok_and(|metadata| metadata.is_file() && metadata.nlink() == 1)
 }
 
 /// Removes what [`rewrite`] has kept.
@@ -59,10 +67,20 @@ fn spare(target: &Path) -> PathBuf {
 /// The spare file under a name of this process's own: of several that want it one gets it.
 fn claimed(target: &Path) -> io::Result<Unfinished> {
     let spare = spare(target);
+    let open = |name: &Path| {
+        // Nothing that lies there under its name is followed or waited for.
+        let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
+        let file = File::options().read(true).write(true).custom_flags(flags.bits() as i32).open(name)?;
+        if !is_nobodys(&file) {
+            return Err(io::Error::other("it is not what was left there"));
+        }
+        file.set_permissions(target.metadata()?.permissions())?;
+        Ok(file)
+    };
     Unfinished::within(target, |builder, folder| {
         builder.make_in(folder, |name| {
             fs::rename(&spare, name)?;
-            File::options().read(true).write(true).open(name)
+            or_removed(name, open(name))
         })
     })
 }
@@ -70,7 +88,12 @@ fn claimed(target: &Path) -> io::Result<Unfinished> {
 /// `target` under a second name.
 fn linked(target: &Path, name: &Path) -> io::Result<File> {
     fs::hard_link(target, name)?;
-    File::open(name)
+    or_removed(name, File::open(name))
+}
+
+/// The file that was opened; where it was not its name goes.
+fn or_removed(name: &Path, opened: io::Result<File>) -> io::Result<File> {
+    opened.inspect_err(|_| drop(fs::remove_file(name)))
 }
 
 #[cfg(test)]
@@ -96,10 +119,14 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x");
         let mut inodes = vec![];
+        put(&path, "begun").expect("written");
+        let private = std::os::unix::fs::PermissionsExt::from_mode(0o600);
+        fs::set_permissions(&path, private).expect("set");
         for text in ["a long one", "b", "longer than all before", "c", ""] {
             put(&path, text).expect("written");
             assert_eq!(fs::read_to_string(&path).expect("there"), text);
             inodes.push(path.metadata().expect("there").ino());
+            assert_eq!(path.metadata().expect("there").mode() & 0o777, 0o600);
         }
         assert!(inodes[0] != inodes[1] && inodes[..3] == inodes[2..], "{inodes:?}");
         assert_eq!(names(folder.path()), [".lanternfish-x-spare", "x"]);
@@ -135,6 +162,21 @@ mod tests {
             put(&path, text).expect("written");
         }
         assert_eq!(fs::read_to_string(folder.path().join("copy")).expect("there"), "one");
+    }
+
+    /// What somebody else put where the spare file lies is left alone.
+    #[test]
+    fn links_under_the_name_of_the_spare_are_not_followed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, other) = (folder.path().join("x"), folder.path().join("other"));
+        put(&path, "one").expect("written");
+        fs::write(&other, "not mine").expect("written");
+        std::os::unix::fs::symlink(&other, spare(&path)).expect("linked");
+        put(&path, "two").expect("written");
+        assert_eq!(fs::read_to_string(&path).expect("there"), "two");
+        assert_eq!(fs::read_to_string(&other).expect("there"), "not mine");
+        drop_spare(&path);
+        assert_eq!(names(folder.path()), ["other", "x"]);
     }
 
     #[test]

@@ -456,4 +456,9 @@ fn an_error_goal_ends_also_where_nothing_is_lit() {
         "Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\nWorldBegin\nShape \"sphere\"\n",
     );
     folder.run(&["render", "black.pbrt", "--error", "0.1"]).code(0).says("8 spp");
+    // Something shines and is not seen yet: it may be rare.
+    let hidden = "Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\nWorldBegin\nShape \"sphere\"\n\
+                  LightSource \"point\" \"point3 from\" [0 0 5]\n";
+    folder.write("hidden.pbrt", hidden);
+    folder.run(&["render", "hidden.pbrt", "--error", "0.1"]).code(0).says("1024 spp");
 }

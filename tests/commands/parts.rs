@@ -150,7 +150,17 @@ fn a_lesson_and_its_parts_are_a_frame() {
     // A lesson without a pupil; fewer samples than parts.
     folder.run(&render("x.exr", &["--part", "0/3"])).code(2).says("--save-cache");
     let few = ["--spp", "3", "--part", "0/3", "--save-cache", "x.lesson"];
-    folder.run(&render("x.exr", &few)).code(2).says("so there can be 2 parts at most");
+    folder.run(&render("x.exr", &few)).code(2).says("with a lesson there can be 2 parts at most");
+    // What other samples of the frame taught is no lesson of its parts.
+    let other = ["--samples", "0..4", "--save-cache", "other.lesson"];
+    folder.run(&render("x.exr", &[&learned[..], &other].concat())).code(0);
+    let by_it = ["--spp", "27", "--load-cache", "other.lesson", "--part"];
+    folder.run(&render("x.exr", &[&learned[..], &by_it, &["1/3"]].concat())).code(3).says("samples 0..4 of seed 0");
+    folder.run(&render("x.exr", &[&learned[..], &by_it, &["2/3"]].concat())).code(0);
+    // An older lesson, of fewer samples, does not stand for this one.
+    let older = ["--spp", "9", "--part", "0/3", "--save-cache", "older.lesson"];
+    folder.run(&render("part0.exr", &[&learned[..], &older].concat())).code(0);
+    folder.run(&whole).code(3).says("part 0 is missing");
 }
 
 /// Where lights are learned each part learns for itself, or goes by a lesson of the first samples: so the merged image has other noise than one render's, and the same mean: over the whole image and in blocks of it.
@@ -274,6 +284,10 @@ fn stopped_parts_are_told() {
     assert!(!folder.listing().contains_key("out.exr"));
     folder.run(&["merge", "1.exr", "2.exr", "-o", "out.exr", "--incomplete"]).code(0);
     assert!(image(&folder, "out.exr").attribute("lanternfish.incomplete").is_some());
+    // Nobody begins with a lesson that is to go on.
+    let lesson = ["render", "s.pbrt", "-o", "0.exr", "--part", "0/2", "--save-cache", "s.lesson", "--quiet"];
+    folder.run(&[&lesson[..], &spp, &["--exit-at", "500ms"]].concat()).code(130);
+    assert!(folder.listing().contains_key("0.exr") && !folder.listing().contains_key("s.lesson"));
 }
 
 #[test]

@@ -91,7 +91,7 @@ pub struct TextureMemory {
     has_failed: AtomicBool,
     /// Bytes that images take while they are cut into tiles.
     cutting: Mutex<u64>,
-    /// The most that one of them has taken and given back.
+    /// What the last of them took and gave back, unless another one has it.
     returned: AtomicU64,
     /// Some of them were given back.
     given_back: Condvar,
@@ -106,7 +106,6 @@ pub(super) struct Room<'a> {
 impl Drop for Room<'_> {
     fn drop(&mut self) {
         *self.memory.cutting() -= self.bytes;
-        self.memory.returned.fetch_max(self.bytes, Ordering::Relaxed);
         self.memory.given_back.notify_all();
     }
 }
@@ -166,12 +165,21 @@ impl TextureMemory {
         }
     }
 
-    /// Whether the process's limit leaves so many bytes, if tiles make way. What was given back may be counted as taken, until it is taken again: so what one image before has had is
-    /// there for another, and a tenth more is allowed.
+    /// Whether the process's limit leaves so many bytes, if tiles make way. What was given back may be counted as taken, until it is taken again: so what the image before had is there
+    /// for this one, and a tenth more is allowed.
     pub(super) fn has_left(&self, bytes: u64) -> bool {
         let Some(limit) = memory::limit() else { return true };
-        let left = limit.saturating_sub(memory::resident()) + self.returned.load(Ordering::Relaxed);
-        left >= bytes || left + self.shed(bytes - left) + limit / 10 >= bytes
+        let left = limit.saturating_sub(memory::resident());
+        if left >= bytes {
+            return true;
+        }
+        let left = left + self.shed(bytes - left) + limit / 10;
+        left >= bytes || left + self.returned.swap(0, Ordering::Relaxed) >= bytes
+    }
+
+    /// An image that took so many bytes was cut into tiles.
+    pub(super) fn was_cut(&self, bytes: u64) {
+        self.returned.store(bytes, Ordering::Relaxed);
     }
 
     /// Lets tiles go that take so many bytes, as far as there are so many, and holds that many less from now on. Returns how many went.

@@ -194,6 +194,7 @@ impl MipMap {
                 folder: self.memory.folder().map_or_else(std::env::temp_dir, PathBuf::from),
                 reason: error.to_string(),
             })?;
+            self.memory.was_cut(2 * self.whole());
             return Ok(Source::Tiles(made));
         }
         Ok(self.resident_levels(rows, format))
