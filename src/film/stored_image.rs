@@ -145,12 +145,21 @@ pub struct ImageHeader {
 /// Reads PNG, JPEG, TGA, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA. Of an OpenEXR file it takes `R G B (A)`,
 /// or `Y`, or the only channel there is.
 pub fn read_stored(path: &Path) -> Result<StoredImage, ImageError> {
+    read_stored_within(path, 0)
+}
+
+/// [`read_stored`] where so many bytes are known to be left, whatever the system says: memory that was given back may still count as taken.
+pub fn read_stored_within(path: &Path, room: u64) -> Result<StoredImage, ImageError> {
     let bytes = read_regular(path, MAX_BYTES).map_err(|e| ImageError::new(path, e))?;
-    read_stored_bytes(path, bytes)
+    from_bytes(path, bytes, room)
 }
 
 /// [`read_stored`] of a file that is already in memory; `path` is for messages and for telling TGA.
 pub fn read_stored_bytes(path: &Path, bytes: Vec<u8>) -> Result<StoredImage, ImageError> {
+    from_bytes(path, bytes, 0)
+}
+
+fn from_bytes(path: &Path, bytes: Vec<u8>, room: u64) -> Result<StoredImage, ImageError> {
     if bytes.starts_with(&EXR) {
         from_exr(path, &bytes)
     } else if is_pfm(&bytes) {
@@ -158,7 +167,7 @@ pub fn read_stored_bytes(path: &Path, bytes: Vec<u8>) -> Result<StoredImage, Ima
             super::pfm::read_pfm(&bytes).map_err(|reason| ImageError::new(path, reason))?;
         Ok(StoredImage { width, height, channels, values: Values::Floats(pixels), is_float: true })
     } else {
-        from_others(path, bytes)
+        from_others(path, bytes, room)
     }
 }
 
@@ -184,7 +193,7 @@ pub fn read_header(path: &Path) -> Result<ImageHeader, ImageError> {
         let ([width, height], channels) = super::pfm::read_size(&head).map_err(|reason| fail(&reason))?;
         (width, height, 4 * channels, channels < 3)
     } else {
-        let decoder = decoder(path, source)?;
+        let decoder = decoder(path, source, 0)?;
         let (width, height) = decoder.dimensions();
         let colour = decoder.color_type();
         let value_bytes = if colour.bytes_per_pixel() == colour.channel_count() { 1 } else { 4 };
@@ -228,13 +237,13 @@ fn from_exr(path: &Path, bytes: &[u8]) -> Result<StoredImage, ImageError> {
 }
 
 /// Everything that the crate `image` reads.
-fn from_others(path: &Path, bytes: Vec<u8>) -> Result<StoredImage, ImageError> {
+fn from_others(path: &Path, bytes: Vec<u8>, room: u64) -> Result<StoredImage, ImageError> {
     let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
     if bytes.starts_with(&[0xff, 0xd8]) && is_cut_short(&bytes) {
         return Err(fail(&"the JPEG file is cut short"));
     }
     let length = bytes.len() as u64;
-    let decoder = decoder(path, Cursor::new(bytes))?;
+    let decoder = decoder(path, Cursor::new(bytes), room)?;
     let (width, height) = decoder.dimensions();
     check_size(path, width as usize, height as usize)?;
     let values = width as usize * height as usize * usize::from(decoder.color_type().channel_count());
@@ -262,7 +271,11 @@ fn refuse(path: &Path, error: &image::ImageError) -> ImageError {
     }
 }
 
-fn decoder<'a>(path: &Path, source: impl BufRead + Seek + 'a) -> Result<Box<dyn ImageDecoder + 'a>, ImageError> {
+fn decoder<'a>(
+    path: &Path,
+    source: impl BufRead + Seek + 'a,
+    room: u64,
+) -> Result<Box<dyn ImageDecoder + 'a>, ImageError> {
     let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
     let mut reader = ImageReader::new(source).with_guessed_format().map_err(|e| fail(&e))?;
     if reader.format().is_none() {
@@ -274,7 +287,7 @@ fn decoder<'a>(path: &Path, source: impl BufRead + Seek + 'a) -> Result<Box<dyn 
     }
     let mut limits = Limits::default();
     // Decoded once and turned into floats once.
-    limits.max_alloc = Some(available().map_or(MAX_BYTES, |left| MAX_BYTES.min(left / 2)));
+    limits.max_alloc = Some(available().map_or(MAX_BYTES, |left| MAX_BYTES.min((left / 2).max(room))));
     reader.limits(limits);
     Ok(Box::new(reader.into_decoder().map_err(|e| refuse(path, &e))?))
 }

@@ -98,7 +98,8 @@ fn tiles_of_textures_make_way() {
     run.says("--memory-limit leaves no more");
     let within = peak(&folder);
     println!("{free} bytes without a limit, {within} with one of 80 MB");
-    assert!(within < 80_000_000 * 115 / 100, "{within}");
+    // A tenth more ends the render. Between two looks what two threads read may be there as well, or have been given back and still count: 8 MiB each.
+    assert!(within < 80_000_000 * 11 / 10 + (16 << 20), "{within}");
     assert!(pixels(&folder, "out.exr") == whole);
     assert!(folder.json("s.json")["texture_cache"]["reads"].as_u64() > Some(0));
 }

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use crate::film::image::Encoding;
-use crate::film::stored_image::{ImageHeader, read_stored};
+use crate::film::stored_image::{ImageHeader, read_stored_within};
 use crate::scene::Span;
 use cache::{TileCache, TileKey};
 use level::Level;
@@ -177,7 +177,8 @@ impl MipMap {
         if on_demand && !self.memory.has_left(2 * self.whole()) {
             return Err(exhausted());
         }
-        let mut image = read_stored(&self.path)
+        let room = if on_demand { 2 * self.whole() } else { 0 };
+        let mut image = read_stored_within(&self.path, room)
             .map_err(|error| if error.is_limit { exhausted() } else { self.unreadable(error.reason) })?;
         if (image.width, image.height) != (self.width(), self.height()) {
             return Err(self.unreadable("it has changed while it was in use".to_owned()));
