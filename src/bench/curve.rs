@@ -148,9 +148,11 @@ pub(super) mod tests {
             cpu_seconds: 2.0 * seconds,
             cpu_seconds_with_helpers: 2.0 * seconds,
             cpu_seconds_rendering: 2.0 * seconds,
+            cpu_seconds_learning: 0.0,
             load_seconds: 0.0,
             build_seconds: 0.0,
             render_seconds: seconds,
+            learning_seconds: 0.0,
             peak_memory: 1.0,
         };
         let errors = Errors {

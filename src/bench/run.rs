@@ -44,12 +44,16 @@ pub struct Cost {
     pub cpu_seconds_with_helpers: f64,
     /// Processor seconds of rendering alone.
     pub cpu_seconds_rendering: f64,
+    /// The part of them in which what passes taught was taken over: between passes, and most of it after the first few.
+    pub cpu_seconds_learning: f64,
     /// Reading the scene, its volumes, textures and shapes.
     pub load_seconds: f64,
     /// Building acceleration structures, lights and what selects them.
     pub build_seconds: f64,
     /// Rendering, learning included.
     pub render_seconds: f64,
+    /// The part of that in which what passes taught was taken over.
+    pub learning_seconds: f64,
     /// Largest resident memory in bytes.
     pub peak_memory: f64,
 }
@@ -203,14 +207,20 @@ impl Drop for Running<'_> {
 fn rendered(stats: &str, wall_seconds: f64, cpu_seconds_with_helpers: f64) -> Option<Rendered> {
     let stats: Value = serde_json::from_str(stats).ok()?;
     let sum = |names: &[&str]| names.iter().map(|name| stats["seconds"][name].as_f64()).sum::<Option<f64>>();
+    let of_iterations = |name: &str| {
+        let each = stats["iterations"].as_array()?.iter().map(|iteration| iteration[name].as_f64());
+        each.sum::<Option<f64>>()
+    };
     let cost = Cost {
         wall_seconds,
         cpu_seconds: stats["cpu_seconds"].as_f64()?,
         cpu_seconds_with_helpers,
         cpu_seconds_rendering: stats["cpu_seconds_rendering"].as_f64()?,
+        cpu_seconds_learning: of_iterations("learning_cpu")?,
         load_seconds: sum(&["parse", "volumes_and_textures", "geometry_load"])?,
         build_seconds: sum(&["geometry_build", "lights", "cache_points"])?,
         render_seconds: sum(&["render"])?,
+        learning_seconds: of_iterations("learning")?,
         peak_memory: stats["peak_memory"].as_f64()?,
     };
     Some(Rendered { cost, backend: stats["backend"].as_str()?.to_owned() })

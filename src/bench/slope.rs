@@ -1,9 +1,12 @@
 //! How fast the error falls: the slope of log RMSE over log time. An unbiased method's is −1/2 once what it learns is learned; one that is
 //! biased flattens out, one that still learns, or whose samples are stratified well, falls faster.
+//!
+//! Time is that of taking samples: neither building nor what is done between passes with what they taught (most of it after the first few) is in it, since both are
+//! over at some time, and what is over at some time makes any error seem to fall faster.
 
 use serde::Serialize;
 
-use super::curve::Point;
+use super::curve::{Point, Run};
 use super::estimate::Estimate;
 
 /// Points with fewer samples a pixel are left out: the first passes learn.
@@ -28,7 +31,7 @@ pub struct Slope {
     pub over_samples: Option<f64>,
     /// Samples a pixel of the points that were used.
     pub spp: Vec<u32>,
-    /// What time was taken: processor time of rendering, or the clock where that is too coarse.
+    /// What time was taken: processor time of sampling, or the clock where that is too coarse.
     pub time: &'static str,
     /// In words.
     pub verdict: String,
@@ -48,7 +51,8 @@ impl Slope {
     pub fn of(points: &[Point], runs: usize) -> Self {
         let used: Vec<&Point> =
             points.iter().filter(|point| point.spp >= LEAST_SPP && point.is_above_reference).collect();
-        let is_fine = used.iter().all(|point| point.runs.iter().all(|run| run.cost.cpu_seconds_rendering >= LEAST_CPU));
+        let cpu = |run: &Run| run.cost.cpu_seconds_rendering - run.cost.cpu_seconds_learning;
+        let is_fine = used.iter().all(|point| point.runs.iter().all(|run| cpu(run) >= LEAST_CPU));
         let fits = |x: &dyn Fn(&Point, usize) -> f64| -> Vec<f64> {
             (0..runs)
                 .map(|run| {
@@ -60,9 +64,9 @@ impl Slope {
         let by_time = if used.len() < 2 {
             vec![]
         } else if is_fine {
-            fits(&|point, run| point.runs[run].cost.cpu_seconds_rendering)
+            fits(&|point, run| cpu(&point.runs[run]))
         } else {
-            fits(&|point, run| point.runs[run].cost.render_seconds)
+            fits(&|point, run| point.runs[run].cost.render_seconds - point.runs[run].cost.learning_seconds)
         };
         let by_samples = if used.len() < 2 { vec![] } else { fits(&|point, _| f64::from(point.spp)) };
         let Estimate { mean, half_width } = Estimate::of(&by_time);
@@ -72,7 +76,7 @@ impl Slope {
             interval: interval.iter().all(|end| end.is_finite()).then_some(interval),
             over_samples: Some(Estimate::of(&by_samples).mean).filter(|mean| mean.is_finite()),
             spp: used.iter().map(|point| point.spp).collect(),
-            time: if is_fine { "processor time of rendering" } else { "wall-clock time of rendering" },
+            time: if is_fine { "processor time of sampling" } else { "wall-clock time of sampling" },
             verdict: verdict(mean, half_width, Estimate::of(&by_samples).mean),
         }
     }
@@ -133,9 +137,9 @@ mod tests {
             assert!(low < value && value < high && high - low < 0.2, "{found:?}");
             assert!(found.verdict.contains(words), "{found:?}");
             assert_eq!((found.spp.as_slice(), found.over_samples.is_some()), (&[4, 8, 16, 32][..], true));
-            assert_eq!(found.time, "processor time of rendering");
+            assert_eq!(found.time, "processor time of sampling");
         }
-        assert_eq!(curve(-0.5, 0.001, 0.05).time, "wall-clock time of rendering");
+        assert_eq!(curve(-0.5, 0.001, 0.05).time, "wall-clock time of sampling");
         assert!(curve(-0.5, 1.0, 3.0).verdict.contains("uncertain"));
     }
 

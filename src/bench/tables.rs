@@ -118,7 +118,7 @@ fn slopes(scene: &SceneReport) -> Table {
     ];
     let mut table = Table::new(format!("{}: how fast the error falls", scene.name), &header);
     table.notes.push(
-        "slope of log RMSE over log time of rendering, −0.5 for an unbiased method, with its 95 % confidence interval over the runs; points from 4 spp on. \
+        "slope of log RMSE over log time of sampling (without building, and learning between passes), −0.5 for an unbiased method, with its 95 % confidence interval over the runs; points from 4 spp on. \
          (!) marks means that differ by more than their interval, which one in twenty does by chance"
             .to_owned(),
     );

@@ -13,6 +13,7 @@ use super::{Budget, Job, Outcome, Progress};
 use crate::film::Film;
 use crate::integrator::Counters;
 use crate::medium::Medium;
+use crate::system::clock::cpu_seconds;
 
 /// Samples a pixel at most, where time or error decide.
 pub(super) const MAX_SAMPLES: u32 = 1 << 24;
@@ -123,7 +124,7 @@ impl Course {
         }
         let interrupted = interrupt.load(Ordering::Relaxed) && !is_over(&self);
         if let Some(pass) = self.pass.take() {
-            self.note(&pass, 0.0);
+            self.note(&pass, [0.0; 2]);
         }
         progress.finish();
         job.timings.first_sample = tracking.first_tile();
@@ -221,20 +222,21 @@ impl Course {
         let Some(pass) = self.pass.take() else { return };
         let [first, end] = pass.samples;
         self.done = end - job.first_sample;
-        let start = Instant::now();
+        let (start, cpu) = (Instant::now(), cpu_seconds());
         if self.done < limit || job.teaches {
             job.learn(&mut self.guides, end - first);
         }
-        self.note(&pass, start.elapsed().as_secs_f64());
+        self.note(&pass, [start.elapsed().as_secs_f64(), cpu_seconds() - cpu]);
     }
 
-    /// Takes down what was done in a pass.
-    fn note(&mut self, pass: &OpenPass, learning: f64) {
+    /// Takes down what was done in a pass, and the seconds by the clock and of processors that learning from it took.
+    fn note(&mut self, pass: &OpenPass, learning: [f64; 2]) {
         let [first, end] = pass.samples;
         self.counters += pass.counters;
         let mut iteration = Iteration::new(end - first, &pass.counters);
         [iteration.in_scatter_regions, iteration.in_scatter_points] = pass.points;
-        (iteration.view_rays, iteration.learning) = (pass.view_rays, learning);
+        iteration.view_rays = pass.view_rays;
+        [iteration.learning, iteration.learning_cpu] = learning;
         self.iterations.push(iteration);
     }
 

@@ -80,6 +80,8 @@ pub struct Iteration {
     pub view_rays: f64,
     /// Wall-clock seconds that taking over what it taught took.
     pub learning: f64,
+    /// And processor seconds.
+    pub learning_cpu: f64,
 }
 
 impl Iteration {
@@ -95,6 +97,7 @@ impl Iteration {
             in_scatter_points: 0.0,
             view_rays: 0.0,
             learning: 0.0,
+            learning_cpu: 0.0,
         }
     }
 }
