@@ -206,7 +206,7 @@ pub fn exit_at_once(code: i32) -> ! {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     fn put(path: &Path, text: &str) -> Result<(), OutputError> {
@@ -228,21 +228,31 @@ mod tests {
         assert!(check_writable(&folder.path().join("new/")).is_err());
     }
 
-    /// Two that write the same file at once do not meet: each puts a whole one there.
+    /// Several that write the same file with `put` at once do not meet: each puts a whole one there, and whoever reads it finds a whole one.
+    pub fn writers_do_not_meet(path: &Path, put: impl Fn(&Path, &str) -> Result<(), OutputError> + Sync) {
+        let check = |text: &str| {
+            let first = text.chars().next().expect("it is not empty");
+            assert!(text.len() == 100_000 && text.chars().all(|letter| letter == first));
+        };
+        std::thread::scope(|threads| {
+            for letter in ["a", "b", "c"] {
+                let (put, text) = (&put, letter.repeat(100_000));
+                threads.spawn(move || (0..20).for_each(|_| put(path, &text).expect("written")));
+            }
+        });
+        check(&std::fs::read_to_string(path).expect("there"));
+    }
+
     #[test]
     fn writers_of_one_file_do_not_meet() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x");
         std::thread::scope(|threads| {
-            for letter in ["a", "b", "c"] {
-                let (path, text) = (&path, letter.repeat(100_000));
-                threads.spawn(move || (0..20).for_each(|_| put(path, &text).expect("written")));
-            }
+            threads.spawn(|| writers_do_not_meet(&path, put));
             threads.spawn(|| {
                 for _ in 0..200 {
                     let Ok(text) = std::fs::read_to_string(&path) else { continue };
-                    let first = text.chars().next().expect("it is not empty");
-                    assert!(text.len() == 100_000 && text.chars().all(|letter| letter == first));
+                    assert_eq!(text.len(), 100_000);
                 }
             });
         });

@@ -100,6 +100,7 @@ fn or_removed(name: &Path, opened: io::Result<File>) -> io::Result<File> {
 mod tests {
     use std::io::Write;
 
+    use super::super::output::tests::writers_do_not_meet;
     use super::*;
 
     fn put(path: &Path, text: &str) -> Result<(), OutputError> {
@@ -183,14 +184,7 @@ mod tests {
     fn writers_of_one_file_do_not_meet() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x");
-        std::thread::scope(|threads| {
-            for letter in ["a", "b", "c"] {
-                let (path, text) = (&path, letter.repeat(100_000));
-                threads.spawn(move || (0..20).for_each(|_| put(path, &text).expect("written")));
-            }
-        });
-        let text = fs::read_to_string(&path).expect("there");
-        assert!(text.len() == 100_000 && ["a", "b", "c"].iter().any(|letter| text == letter.repeat(100_000)));
+        writers_do_not_meet(&path, put);
         drop_spare(&path);
         assert_eq!(names(folder.path()), ["x"]);
     }
