@@ -93,13 +93,13 @@ fn tiles_of_textures_make_way() {
     folder.start_within(&[&render[..], &["--texture-memory", "2GiB"]].concat(), 16 << 20, 60).end().code(0);
     let (whole, free) = (pixels(&folder, "out.exr"), peak(&folder));
     assert!(free > 180 << 20, "{free}");
-    let limited = [&render[..], &["--memory-limit", "80MB"]].concat();
+    // Of a size that the reading of an image, 8 MiB of which may count as taken for a while after, is well below the tenth more that ends a render.
+    let limited = [&render[..], &["--memory-limit", "110MB"]].concat();
     let run = folder.start_within(&limited, 16 << 20, 60).end().code(0);
     run.says("--memory-limit leaves no more");
     let within = peak(&folder);
-    println!("{free} bytes without a limit, {within} with one of 80 MB");
-    // A tenth more ends the render. Between two looks what two threads read may be there as well, or have been given back and still count: 8 MiB each.
-    assert!(within < 80_000_000 * 11 / 10 + (16 << 20), "{within}");
+    println!("{free} bytes without a limit, {within} with one of 110 MB");
+    assert!(within < 110_000_000 * 115 / 100, "{within}");
     assert!(pixels(&folder, "out.exr") == whole);
     assert!(folder.json("s.json")["texture_cache"]["reads"].as_u64() > Some(0));
 }
