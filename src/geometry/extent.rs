@@ -12,16 +12,29 @@ impl Geometry {
 
     /// That of the shapes that `is_meant`; `None` where there are none.
     pub fn bounds_of(&self, is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
-        let of_shapes = |ids: &[ShapeId]| {
-            let ids = ids.iter().filter(|id| is_meant(&self.shapes[id.0 as usize]));
-            ids.filter_map(|&id| self.shape_bounds(id)).reduce(union)
-        };
-        let prototypes: Vec<_> = self.prototypes.iter().map(|prototype| of_shapes(&prototype.shapes)).collect();
+        let (shapes, instances) = (self.bounds_of_top_level(&is_meant), self.bounds_of_instances(&is_meant));
+        shapes.into_iter().chain(instances).reduce(union)
+    }
+
+    /// Of those that are directly in render space.
+    pub fn bounds_of_top_level(&self, is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
+        self.bounds_of_shapes(&self.top_level, is_meant)
+    }
+
+    /// Of those that appear through instances.
+    pub fn bounds_of_instances(&self, is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
+        let prototypes = self.prototypes.iter().map(|prototype| self.bounds_of_shapes(&prototype.shapes, &is_meant));
+        let prototypes: Vec<_> = prototypes.collect();
         let instances = self.instances.iter().filter_map(|instance| {
             let (low, high) = prototypes[instance.prototype as usize]?;
             Some(instance.transform.bounds(low, high))
         });
-        of_shapes(&self.top_level).into_iter().chain(instances).reduce(union)
+        instances.reduce(union)
+    }
+
+    fn bounds_of_shapes(&self, ids: &[ShapeId], is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
+        let ids = ids.iter().filter(|id| is_meant(&self.shapes[id.0 as usize]));
+        ids.filter_map(|&id| self.shape_bounds(id)).reduce(union)
     }
 
     /// The box of all primitives of a shape, in the shape's space; `None` for an empty mesh.

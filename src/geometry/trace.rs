@@ -144,6 +144,10 @@ pub enum TraceError {
 }
 
 /// An acceleration structure over a [`Geometry`].
+#[cfg_attr(
+    feature = "embree",
+    expect(clippy::large_enum_variant, reason = "there is one, and every ray goes through it")
+)]
 pub enum Tracer {
     /// See [`Backend::Embree`].
     #[cfg(feature = "embree")]

@@ -15,7 +15,7 @@ use super::record::Event;
 use super::volume_light::gather_line;
 use super::world::World;
 use crate::cache_points::select::{Drawn, MOST_DRAWN};
-use crate::geometry::{Ray, SurfacePoint};
+use crate::geometry::{Ray, ShapeId, SurfacePoint};
 use crate::light::selector::choice;
 use crate::light::{LightEnd, LightSample, LinkSet, Receiver};
 use crate::material::Bsdf;
@@ -141,7 +141,9 @@ struct Candidate {
 impl DirectLight<'_> {
     /// The light that reaches the vertex straight from the lights and leaves along `wo`, times the path's weight. Leaves the
     /// choice prepared for this vertex, so that the next hit can ask for the pmf of the light it meets.
-    #[inline]
+    //
+    // Always inlined: the compiler does so by itself only where there is but one call, so that a scene with a fog somewhere took 5 % longer.
+    #[inline(always)]
     pub fn gather<const MEDIA: bool>(&self, scratch: &mut Scratch) -> Rgb {
         self.prepare(scratch);
         let choice = &self.world.light_choice;
@@ -308,7 +310,20 @@ impl DirectLight<'_> {
     }
 
     /// The share of light that media leave on the way of a shadow ray that nothing blocks.
+    #[inline]
     fn transmittance(&self, ray: &Ray, wi: Vec3, scratch: &mut Scratch) -> Transmittance {
+        let Self { world, ref vertex, path, .. } = *self;
+        let separates = |id: ShapeId| world.geometry.shapes[id.0 as usize].medium_interface.is_some();
+        let is_between = matches!(vertex, Vertex::Surface { point, .. } if separates(point.shape));
+        if path.regions.media().is_empty() && !is_between && !world.tracer.may_cross(ray) {
+            return Transmittance::CLEAR;
+        }
+        self.track(ray, wi, scratch)
+    }
+
+    /// The same by tracking.
+    #[inline(never)]
+    fn track(&self, ray: &Ray, wi: Vec3, scratch: &mut Scratch) -> Transmittance {
         let regions = self.regions_towards(wi, scratch);
         let stream = || self.random.stream(self.index, Dimension::Transmittance);
         transmittance(self.world, ray, &regions, stream, scratch)

@@ -1,5 +1,6 @@
 //! The path: surfaces, media, next-event estimation, MIS. [`path`] reads top to bottom.
 
+mod at_surface;
 pub mod counters;
 pub mod direct;
 pub mod flight;
@@ -10,8 +11,10 @@ mod layers;
 pub mod light_choice;
 pub mod path;
 pub mod record;
+mod through_media;
 pub mod view_ray;
 mod volume_light;
+mod walk;
 pub mod world;
 
 pub use counters::Counters;

@@ -4,12 +4,14 @@
 //! traced (splitting: Arvo, Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990, section 4).
 
 use super::flight;
-use super::path::{Scratch, camera_regions};
+use super::path::Scratch;
+use super::walk::camera_regions;
 use super::world::World;
 use crate::geometry::{Ray, RayHit};
 use crate::light::LightId;
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
+use crate::medium::regions::Regions;
 
 /// The radiance of what `ray`, from a camera, meets first, as one unbiased sample. Transmittance is estimated by ratio tracking, which is noisier
 /// the denser the media are but less so than whether a path's flight gets through.
@@ -23,7 +25,8 @@ pub fn seen<const MEDIA: bool>(world: &World, mut ray: Ray, random: &SamplePoint
         return radiance;
     }
     ray.t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
-    let regions = camera_regions(world, &ray, scratch);
+    let mut regions = Regions::default();
+    camera_regions(world, &ray, &mut regions, scratch);
     let stream = || random.stream(1, Dimension::Transmittance);
     radiance * flight::transmittance(world, &ray, &regions, stream, scratch).value
 }

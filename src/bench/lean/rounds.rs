@@ -136,7 +136,7 @@ pub fn measure(
         let mut open: Vec<usize> =
             (0..variants.len()).filter(|&i| trials[i].rounds.len() as u32 == round - 1).collect();
         let count = open.len();
-        open.retain(|&i| is_open(&trials[i], variants[i].system.is_idle));
+        open.retain(|&i| is_open(&trials[i], variants[i].is_idle));
         progress.watch.skip(share * f64::from(most - round + 1) * (count - open.len()) as f64);
         for group in open.chunks(plan.together) {
             let (costs, same) = together(plan, variants, group, round, stop)?;

@@ -105,7 +105,7 @@ impl Row {
             sample_microseconds: Pair::of(&rounds, |cost| 1e6 * cost.cpu_seconds_rendering / samples),
             sample_ratio,
             peak_memory: Pair::of(&rounds, |cost| cost.peak_memory),
-            verdict: Verdict::of(&sample_ratio, variant.system.is_idle),
+            verdict: Verdict::of(&sample_ratio, variant.is_idle),
             rounds,
         }
     }

@@ -20,6 +20,8 @@ use crate::system::output::{OutputError, write_atomically};
 
 /// The system that is a program of its own.
 const READER: &str = "volume reader";
+/// The system that comes with a light.
+const VOLUME_LIGHTS: &str = "volume lights";
 
 /// A scene that needs one system more.
 pub struct Variant {
@@ -27,6 +29,8 @@ pub struct Variant {
     pub system: &'static System,
     /// Why the scene leaves it out.
     pub reason: String,
+    /// Whether the scene has no use for the system. What adds a second light is in use: there is a choice of lights then.
+    pub is_idle: bool,
     /// The arguments of its renders.
     pub method: Method,
     /// The text of its file; empty if arguments are enough.
@@ -65,7 +69,8 @@ pub fn of(subject: &Subject, folder: &Path) -> Result<(Vec<Variant>, Vec<String>
             Ok((method, text, file)) => {
                 let reason = part.reason.clone();
                 let has_helper = system.name == READER || facts.has(READER);
-                variants.push(Variant { system, reason, method, text, has_helper, file });
+                let is_idle = system.is_idle && (subject.facts.lights > 1 || system.name != VOLUME_LIGHTS);
+                variants.push(Variant { system, reason, is_idle, method, text, has_helper, file });
             }
             Err(why) => notes.push(format!("{} is not measured: {why}", system.name)),
         }

@@ -1,13 +1,15 @@
 //! The Embree backend: a [`Geometry`] as Embree scenes, and the three questions put to them.
 //!
-//! Two structures, each only over what it is asked for: `opaque` holds the shapes that rays meet, `boundaries` those of
-//! material `interface` (absent when there are none). Triangles and ray-facing curves are Embree's own; quadrics, patches and
+//! Two kinds of structures, each only over what it is asked for: `opaque` holds the shapes that rays meet (with `apart`, where some of them are
+//! near few rays: `kinds`), `boundaries` those of material `interface` (absent when there are none). Triangles and ray-facing curves are Embree's own; quadrics, patches and
 //! ribbons are user geometry that calls the shapes' own intersection, so that both backends find the same points. Embree's
 //! robust mode makes triangles watertight. Small scenes are given in larger units and vast ones in smaller (`scale`).
 //!
 //! Assumes what `ffi/embree` promises: no panic and no error crosses into a query.
 
 mod adapters;
+mod bounded;
+mod kinds;
 mod motion;
 mod scale;
 mod structure;
@@ -16,13 +18,13 @@ mod tests;
 
 use std::sync::Arc;
 
+use ::embree::{Candidate, Device, Error};
 use glam::Vec3;
 
-use ::embree::{Candidate, Device, Error};
-
+use self::bounded::Bounded;
+use self::kinds::{Kind, Members};
 use self::scale::{Scale, Scales};
 use self::structure::Structure;
-use super::extent::within;
 use super::shape::{Shape, ShapeKind};
 use super::trace::put_in_order;
 use super::trace::{Opacity, TraceError};
@@ -33,42 +35,12 @@ use crate::system::memory;
 pub struct EmbreeTracer {
     geometry: Arc<Geometry>,
     opaque: Structure,
-    boundaries: Option<Boundaries>,
+    /// What is opaque too, but near few rays.
+    apart: Vec<Bounded>,
+    boundaries: Option<Bounded>,
     /// From render space to Embree's units.
     scale: Scale,
     device: Arc<Device>,
-}
-
-/// What rays cross. Many come nowhere near: asking Embree takes longer than finding that a ray passes all of it.
-struct Boundaries {
-    structure: Structure,
-    /// A box around all of it, in render space.
-    bounds: (Vec3, Vec3),
-    /// The middle of a ball around that.
-    middle: Vec3,
-    /// The ball's radius, squared.
-    radius_squared: f32,
-}
-
-impl Boundaries {
-    fn new(structure: Structure, bounds: (Vec3, Vec3)) -> Self {
-        let (low, high) = bounds;
-        let half = 0.5 * (high - low);
-        Self { structure, bounds, middle: low + half, radius_squared: 1.0001 * half.length_squared() }
-    }
-
-    /// Whether `ray` may come into the box. Most that do not are told by the ball, which takes no division.
-    #[inline]
-    fn may_meet(&self, ray: &Ray) -> bool {
-        // Rounding of the difference below, which may be of large numbers.
-        const ROUNDING: f32 = 1e-6;
-        let to_middle = self.middle - ray.origin;
-        let along = to_middle.dot(ray.direction);
-        let distance_squared = to_middle.length_squared();
-        // Also where the box has no end.
-        let passes = distance_squared - along * along > self.radius_squared + ROUNDING * distance_squared;
-        !passes && within(ray, self.bounds).is_some()
-    }
 }
 
 impl From<Error> for TraceError {
@@ -88,28 +60,50 @@ impl EmbreeTracer {
     /// # Errors
     /// What Embree said: out of memory, an unsupported CPU, vertex numbers out of range.
     pub fn build(geometry: Arc<Geometry>, opacity: Option<Arc<dyn Opacity>>) -> Result<Self, TraceError> {
+        let apart = kinds::apart(&geometry);
+        Self::with_apart(geometry, opacity, &apart)
+    }
+
+    /// The same with these kinds apart, each with a box around it.
+    fn with_apart(
+        geometry: Arc<Geometry>,
+        opacity: Option<Arc<dyn Opacity>>,
+        apart: &[(Kind, (Vec3, Vec3))],
+    ) -> Result<Self, TraceError> {
         let device = Device::new(rayon::current_num_threads())?;
         if memory::limit().is_some() {
             let left = memory::available().unwrap_or(u64::MAX);
             device.limit_memory(usize::try_from(left).unwrap_or(usize::MAX));
         }
         let scales = Scales::new(&geometry);
-        let opaque = Structure::build(&device, &geometry, opacity.as_ref(), &scales, false)?;
+        let build = |members: Members| Structure::build(&device, &geometry, opacity.as_ref(), &scales, members);
+        let is_together = |kind: &Kind| apart.iter().all(|(other, _)| other != kind);
+        let together: Vec<Kind> = Kind::ALL.into_iter().filter(is_together).collect();
+        let opaque = build(Members::Opaque(&together))?;
+        let apart = apart.iter().map(|&(kind, bounds)| Ok(Bounded::new(build(Members::Opaque(&[kind]))?, bounds)));
+        let apart = apart.collect::<Result<_, Error>>()?;
         let boundaries = match geometry.bounds_of(|shape| shape.is_boundary) {
-            Some(bounds) => {
-                let structure = Structure::build(&device, &geometry, None, &scales, true)?;
-                Some(Boundaries::new(structure, bounds))
-            }
+            Some(bounds) => Some(Bounded::new(build(Members::Boundaries)?, bounds)),
             None => None,
         };
-        Ok(Self { geometry, opaque, boundaries, scale: scales.render, device })
+        Ok(Self { geometry, opaque, apart, boundaries, scale: scales.render, device })
     }
 
     /// The closest hit before `ray.t_max` on anything but boundaries. A ray with a NaN hits nothing.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<RayHit> {
-        let hit = self.opaque.scene.intersect(&self.embree_ray(ray))?;
-        let (shape, instance) = self.opaque.resolve(hit.geometry, hit.instance);
+        let mut closest = self.closest_of(&self.opaque, ray);
+        for Bounded { structure, .. } in self.apart.iter().filter(|all| all.may_meet(ray)) {
+            let t_max = closest.map_or(ray.t_max, |hit| hit.t);
+            closest = self.closest_of(structure, &Ray { t_max, ..*ray }).or(closest);
+        }
+        closest
+    }
+
+    #[inline]
+    fn closest_of(&self, structure: &Structure, ray: &Ray) -> Option<RayHit> {
+        let hit = structure.scene.intersect(&self.embree_ray(ray))?;
+        let (shape, instance) = structure.resolve(hit.geometry, hit.instance);
         let uv = shape_uv(&self.geometry.shapes[shape.0 as usize], hit.uv);
         Some(RayHit { t: hit.t * self.scale.from_embree, shape, instance, primitive: hit.primitive, uv })
     }
@@ -117,7 +111,8 @@ impl EmbreeTracer {
     /// Whether anything but boundaries lies before `ray.t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.opaque.scene.occluded(&self.embree_ray(ray))
+        let is_in_the_way = |structure: &Structure| structure.scene.occluded(&self.embree_ray(ray));
+        is_in_the_way(&self.opaque) || self.apart.iter().any(|all| all.may_meet(ray) && is_in_the_way(&all.structure))
     }
 
     /// Whether `ray` may cross a boundary.
@@ -129,7 +124,7 @@ impl EmbreeTracer {
     /// All boundary crossings in [0, `ray.t_max`) in the order of [`put_in_order`].
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         crossings.clear();
-        let Some(Boundaries { structure, .. }) = self.boundaries.as_ref().filter(|all| all.may_meet(ray)) else {
+        let Some(Bounded { structure, .. }) = self.boundaries.as_ref().filter(|all| all.may_meet(ray)) else {
             return;
         };
         structure.scene.collect(&self.embree_ray(ray), &mut |candidate| {

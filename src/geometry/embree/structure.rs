@@ -7,6 +7,7 @@ use ::embree::{CurveKind, Device, Error, HitFilter, Scene, SceneBuilder};
 use glam::Vec3;
 
 use super::adapters::{InstanceNumbers, ShapeOpacity, ShapePrimitives};
+use super::kinds::{Kind, Members};
 use super::scale::{Scale, Scales};
 use super::{is_embree_curve, motion};
 use crate::geometry::curve::Curves;
@@ -31,7 +32,7 @@ struct PrototypeScene {
     shapes: Vec<ShapeId>,
 }
 
-/// An acceleration structure over the opaque shapes or over the boundaries.
+/// An acceleration structure over some of the opaque shapes or over the boundaries.
 pub(super) struct Structure {
     /// Render space.
     pub scene: Scene,
@@ -47,22 +48,23 @@ struct Builder<'a> {
     opacity: Option<&'a Arc<dyn Opacity>>,
     scales: &'a Scales,
     instances: Arc<InstanceNumbers>,
-    boundaries: bool,
+    members: Members<'a>,
 }
 
 impl Structure {
-    /// The structure over the boundaries, or over all the rest.
+    /// The structure over `members`.
     pub fn build(
         device: &Arc<Device>,
         geometry: &Arc<Geometry>,
         opacity: Option<&Arc<dyn Opacity>>,
         scales: &Scales,
-        boundaries: bool,
+        members: Members,
     ) -> Result<Self, Error> {
-        let builder = Builder { device, geometry, opacity, scales, instances: Arc::default(), boundaries };
+        let builder = Builder { device, geometry, opacity, scales, instances: Arc::default(), members };
         let mut top = SceneBuilder::new(device, true)?;
         let mut targets = Vec::new();
-        for &shape in &geometry.top_level {
+        let is_member = |shape: &&ShapeId| members.have(Kind::of(&geometry.shapes[shape.0 as usize]));
+        for &shape in geometry.top_level.iter().filter(is_member) {
             if let Some(made) = builder.shape(shape, scales.render)? {
                 top.attach(made)?;
                 targets.push(Target::Shape(shape));
@@ -70,7 +72,8 @@ impl Structure {
         }
         let mut prototypes: Vec<Option<PrototypeScene>> = Vec::new();
         prototypes.resize_with(geometry.prototypes.len(), || None);
-        for (id, instance) in geometry.instances.iter().enumerate() {
+        let instances = if members.have(Kind::Instances) { &*geometry.instances } else { &[] };
+        for (id, instance) in instances.iter().enumerate() {
             let slot = &mut prototypes[instance.prototype as usize];
             let prototype = match slot {
                 Some(prototype) => prototype,
@@ -123,7 +126,7 @@ impl Builder<'_> {
     /// Embree's geometry of a shape in a space of this scale, if it belongs to this structure and has anything to hit.
     fn shape(&self, id: ShapeId, scale: Scale) -> Result<Option<::embree::Geometry>, Error> {
         let shape = &self.geometry.shapes[id.0 as usize];
-        if shape.is_boundary != self.boundaries || shape.primitive_count() == 0 {
+        if shape.is_boundary != self.members.are_boundaries() || shape.primitive_count() == 0 {
             return Ok(None);
         }
         let filter = self.filter(id, shape);
@@ -148,7 +151,7 @@ impl Builder<'_> {
 
     fn filter(&self, id: ShapeId, shape: &Shape) -> HitFilter {
         match self.opacity {
-            _ if self.boundaries => HitFilter::Collect,
+            _ if self.members.are_boundaries() => HitFilter::Collect,
             Some(opacity) if shape.has_opacity() => HitFilter::Test(Arc::new(ShapeOpacity {
                 instances: self.instances.clone(),
                 geometry: self.geometry.clone(),

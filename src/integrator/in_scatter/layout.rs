@@ -6,11 +6,11 @@ use glam::Vec3;
 
 use super::Along;
 use super::density::{Place, RayDensity};
-use super::points::RayStart;
 use super::stretches::{each_stretch, leaves};
 use crate::cache_points::CachePoints;
 use crate::geometry::Ray;
 use crate::integrator::path::Scratch;
+use crate::integrator::walk::Walk;
 use crate::integrator::world::World;
 use crate::math::Rgb;
 use crate::medium::{Medium, MediumId, MediumPoint};
@@ -64,8 +64,8 @@ impl LaidOut {
 }
 
 /// Makes sure that the shared part reaches as far as the ray does.
-pub(super) fn lay_out(world: &World, cache: &CachePoints, start: &RayStart, scratch: &mut Scratch) {
-    let RayStart { ray, number, path, .. } = *start;
+pub(super) fn lay_out(world: &World, cache: &CachePoints, start: &Walk, scratch: &mut Scratch) {
+    let Walk { ref ray, index: number, ref path, .. } = *start;
     let along = number as usize - 1;
     if scratch.in_scatter.along[along].laid_out.serves(ray, number) {
         return;

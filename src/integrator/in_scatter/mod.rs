@@ -34,7 +34,7 @@ use crate::system::fault::{self, Fault};
 use alternatives::{Alternatives, Mix, OwnVertex};
 use density::RayDensity;
 use layout::LaidOut;
-pub(super) use points::{RayStart, gather, medium_share};
+pub(super) use points::{gather, medium_share};
 
 /// Points are drawn on so many of a path's rays: a camera ray, and what mirrors and glass make of it.
 pub const MOST_RAYS: u32 = 8;

@@ -10,23 +10,23 @@ use super::layout::lay_out;
 use super::seeds::seed;
 use super::{InScatter, null_share, vertex_index};
 use crate::geometry::Ray;
-use crate::geometry::differentials::RayDifferentials;
 use crate::integrator::direct::{DirectLight, Vertex};
 use crate::integrator::flight::{MediumVertex, PathState, PathWeight, pass};
 use crate::integrator::layers::{FirstVertex, Layers};
 use crate::integrator::light_choice::LightChoice;
-use crate::integrator::path::{PathSettings, Scratch, Walk, walk};
+use crate::integrator::path::{PathSettings, Scratch, go_on};
+use crate::integrator::walk::Walk;
 use crate::integrator::world::World;
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
 use crate::medium::regions::Regions;
 use crate::medium::{MediumId, MediumPoint};
 
-/// The light that points drawn on a path's ray scatter back along it.
+/// The light that points drawn on a path's ray, up to the next surface, scatter back along it.
 pub fn gather(
     world: &World,
     settings: &PathSettings,
-    start: &RayStart,
+    start: &Walk,
     random: &SamplePoint,
     scratch: &mut Scratch,
 ) -> Rgb {
@@ -38,15 +38,15 @@ pub fn gather(
         return Rgb::BLACK;
     }
     let InScatter { count, mix, .. } = scratch.in_scatter;
-    let [u, u_count, u_medium] = random.draw::<3>(vertex_index(start.number, 0), Dimension::InScatter);
-    let along = start.number as usize - 1;
+    let [u, u_count, u_medium] = random.draw::<3>(vertex_index(start.index, 0), Dimension::InScatter);
+    let along = start.index as usize - 1;
     let mut sum = Rgb::BLACK;
     let draws = if count < 1.0 { u32::from(u_count < count) } else { count as u32 };
     for draw in 0..draws {
         let before = scratch.counters.work();
         let u = (f64::from(u) + f64::from(draw)) / f64::from(draws);
         let Some((t, pdf)) = scratch.in_scatter.along[along].density.sample(u) else { break };
-        let point = Point { world, settings, start, random, index: vertex_index(start.number, draw) };
+        let point = Point { world, settings, start, random, index: vertex_index(start.index, draw) };
         let reached = point.reach(t, pdf, u_medium, scratch);
         scratch.in_scatter.work.points += scratch.counters.work() - before;
         let Some((vertex, mut to_point)) = reached else { continue };
@@ -75,8 +75,8 @@ pub fn gather(
 }
 
 /// Makes the density that along the ray; false where there is none to go by.
-fn aim(world: &World, start: &RayStart, scratch: &mut Scratch) -> bool {
-    let (ray, along) = (start.ray, start.number as usize - 1);
+fn aim(world: &World, start: &Walk, scratch: &mut Scratch) -> bool {
+    let (ray, along) = (&start.ray, start.index as usize - 1);
     if let Some(lights) = &world.equi_angular {
         scratch.in_scatter.along[along].density.aim_at_lights(ray, lights, world.extent);
         return true;
@@ -88,32 +88,16 @@ fn aim(world: &World, start: &RayStart, scratch: &mut Scratch) -> bool {
     scratch.counters.beam_crossings += scratch.in_scatter.along[along].density.aim(ray, &world.lights, cache) as u64;
     let work = &mut scratch.in_scatter.work;
     // Knots of camera rays serve all of a pixel's samples.
-    *if start.number == 1 { &mut work.knots } else { &mut work.points } += laid_out - before;
+    *if start.index == 1 { &mut work.knots } else { &mut work.points } += laid_out - before;
     work.points += scratch.counters.work() - laid_out;
     true
-}
-
-/// A path as it begins a ray that points are drawn on.
-pub struct RayStart<'a> {
-    /// The ray, up to the next surface.
-    pub ray: &'a Ray,
-    /// Its number: 1 for a camera ray.
-    pub number: u32,
-    /// The path.
-    pub path: &'a PathState,
-    /// Bounces so far.
-    pub depth: u32,
-    /// By what its weight is scaled in Russian roulette.
-    pub roulette_scale: f32,
-    /// How the ray would change with the pixel, where textures have levels of detail.
-    pub differentials: Option<&'a RayDifferentials>,
 }
 
 /// A point on a ray.
 struct Point<'a> {
     world: &'a World,
     settings: &'a PathSettings,
-    start: &'a RayStart<'a>,
+    start: &'a Walk,
     random: &'a SamplePoint,
     /// The vertex's number.
     index: u32,
@@ -123,10 +107,10 @@ impl Point<'_> {
     /// Ratio tracking up to `t`, which was drawn with `pdf`: the vertex there, and the path up to it, its weight that of null tracking relative to the
     /// density of having drawn this point and medium.
     fn reach(&self, t: f32, pdf: f32, u_medium: f32, scratch: &mut Scratch) -> Option<(MediumVertex, PathState)> {
-        let Self { world, start: RayStart { ray, path, .. }, random, index, .. } = *self;
+        let Self { world, start: Walk { ray, path, .. }, random, index, .. } = *self;
         let mut stream = random.stream(index, Dimension::Flight);
         let mut regions = Cow::Borrowed(&path.regions);
-        let (passed, t) = pass(world, &Ray { t_max: t, ..**ray }, &mut regions, &mut stream, scratch);
+        let (passed, t) = pass(world, &Ray { t_max: t, ..*ray }, &mut regions, &mut stream, scratch);
         if passed.value.is_black() {
             return None;
         }
@@ -145,7 +129,7 @@ impl Point<'_> {
 
     /// What lights bring at `vertex`.
     fn lights(&self, vertex: &MediumVertex, path: &PathState, scratch: &mut Scratch) -> Rgb {
-        let Self { world, settings, start: RayStart { ray, depth, .. }, random, index, .. } = *self;
+        let Self { world, settings, start: Walk { ray, depth, .. }, random, index, .. } = *self;
         let (vertex, wo, depth) = (Vertex::Medium(vertex), -ray.direction, depth + 1);
         let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path, depth, random, index };
         direct.gather::<true>(scratch)
@@ -153,29 +137,29 @@ impl Point<'_> {
 
     /// What a path brings that goes on from `vertex`.
     fn go_on(&self, vertex: &MediumVertex, mut path: PathState, roulette_scale: f32, scratch: &mut Scratch) -> Rgb {
-        let RayStart { ray, depth, .. } = self.start;
+        let Walk { ray, depth, .. } = self.start;
         let [u0, u1] = self.random.draw::<2>(self.index, Dimension::Scatter);
         let wo = -ray.direction;
         let wi = vertex.phase.sample(wo, [u0, u1]);
         let pdf = vertex.phase.evaluate(wo, wi);
         path.weight.light = path.weight.light / pdf;
         path.links = Some(vertex.links);
-        let start = Walk {
-            ray: Ray { origin: vertex.p, direction: wi, t_max: f32::INFINITY, ..**ray },
+        let mut start = Walk {
+            ray: Ray { origin: vertex.p, direction: wi, t_max: f32::INFINITY, ..*ray },
             path,
             depth: depth + 1,
             sampled_from: Some(vertex.p),
             roulette_scale,
             index: self.index + 1,
-            differentials: self.start.differentials.map(|differentials| {
-                let mut differentials = *differentials;
+            differentials: self.start.differentials.map(|mut differentials| {
                 differentials.pass(vertex.p.distance(ray.origin));
                 differentials.scatter(wi, pdf);
                 differentials
             }),
+            mixed: None,
         };
         let mut layers = Layers { first: Some(FirstVertex::Medium), ..Layers::default() };
-        walk::<true>(self.world, self.settings, start, self.random, scratch, &mut layers);
+        go_on::<true>(self.world, self.settings, &mut start, self.random, scratch, &mut layers);
         layers.result.beauty
     }
 }

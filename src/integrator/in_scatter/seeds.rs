@@ -2,10 +2,10 @@
 //! half by equi-angular sampling ([`super::equi_angular`]), so points are denser where lights are close, fires among them: there scattered light changes
 //! over the shortest way.
 
-use super::points::RayStart;
 use super::stretches::{each_stretch, leaves};
 use crate::geometry::Ray;
 use crate::integrator::path::Scratch;
+use crate::integrator::walk::Walk;
 use crate::integrator::world::World;
 use crate::math::sampler::{Dimension, SamplePoint};
 
@@ -13,8 +13,8 @@ use crate::math::sampler::{Dimension, SamplePoint};
 const PLACES: usize = 2;
 
 /// Notes places along the camera ray of a pilot path where media may scatter it.
-pub(super) fn seed(world: &World, start: &RayStart, random: &SamplePoint, scratch: &mut Scratch) {
-    let RayStart { ray, number, path, .. } = *start;
+pub(super) fn seed(world: &World, start: &Walk, random: &SamplePoint, scratch: &mut Scratch) {
+    let Walk { ref ray, index: number, ref path, .. } = *start;
     let t_end = ray.t_max.min(leaves(ray, world.extent));
     let u = random.draw::<{ 2 * PLACES }>(super::vertex_index(number, 0), Dimension::InScatter);
     // Stratified, each within its share.

@@ -1,5 +1,6 @@
 //! Tests of the Embree backend: each question against an independent way to answer it. Random cases have fixed seeds.
 
+mod apart;
 mod backends;
 mod boundaries;
 mod motion;

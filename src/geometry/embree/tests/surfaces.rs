@@ -29,7 +29,7 @@ fn sphere(to_shape: Affine3A) -> Sphere {
     }
 }
 
-fn disk(to_shape: Affine3A) -> Disk {
+pub(super) fn disk(to_shape: Affine3A) -> Disk {
     Disk {
         height: 0.2,
         radius: 0.9,
@@ -45,7 +45,7 @@ fn tilted() -> Affine3A {
     Affine3A::from_scale_rotation_translation(Vec3::new(1.0, 0.7, 1.2), rotation, Vec3::new(0.1, -0.2, 0.3))
 }
 
-fn random_curves(random: &mut Random, kind: CurveKind, count: usize) -> Curves {
+pub(super) fn random_curves(random: &mut Random, kind: CurveKind, count: usize) -> Curves {
     let mut curves =
         Curves { kind, control_points: Vec::new(), widths: Vec::new(), parameters: Vec::new(), normals: Vec::new() };
     for _ in 0..count {

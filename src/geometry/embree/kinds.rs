@@ -1,0 +1,96 @@
+//! What Embree has a tree of its own for. It walks through the trees of a scene one after the other, each ray through each of them, so that a single sphere
+//! among triangles costs every ray of the scene: in `lamp` (160 × 90 pixels, 32 spp) a tiny instance out of sight 4.8 %, one that moves 9.7 %, a
+//! curve 4.5 %. A kind that only some rays come near is a scene of its own here, and rays are asked first whether they do.
+
+use glam::Vec3;
+
+use super::is_embree_curve;
+use crate::geometry::extent::union;
+use crate::geometry::{Geometry, Shape, ShapeKind};
+
+/// What one tree of Embree's holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Triangles.
+    Triangles,
+    /// Curves that Embree cuts into pieces.
+    Curves,
+    /// Shapes that intersect themselves.
+    Others,
+    /// Appearances of prototypes, whatever those hold.
+    Instances,
+}
+
+/// Those that may be a scene of their own. Triangles are what other kinds are apart from.
+const MAY_BE_APART: [Kind; 3] = [Kind::Curves, Kind::Others, Kind::Instances];
+
+/// A kind is apart if its box has at most this share of the surface of the box around everything: the share of the lines through the latter that meet it (Crofton's
+/// formula). A ray that meets it takes longer than it would if the kind were not apart, by less than the others gain.
+const MOST_MET: f64 = 0.5;
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Triangles, Self::Curves, Self::Others, Self::Instances];
+
+    /// Of a shape that is not part of a prototype.
+    pub fn of(shape: &Shape) -> Self {
+        match shape.kind {
+            ShapeKind::Triangles(_) => Self::Triangles,
+            _ if is_embree_curve(shape) => Self::Curves,
+            _ => Self::Others,
+        }
+    }
+
+    /// The box of all that is opaque of this kind; `None` where there is nothing.
+    fn bounds(self, geometry: &Geometry) -> Option<(Vec3, Vec3)> {
+        match self {
+            Self::Instances => geometry.bounds_of_instances(|shape| !shape.is_boundary),
+            _ => geometry.bounds_of_top_level(|shape| !shape.is_boundary && Self::of(shape) == self),
+        }
+    }
+}
+
+/// What a structure is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Members<'a> {
+    /// The boundaries of media.
+    Boundaries,
+    /// What rays hit, of these kinds.
+    Opaque(&'a [Kind]),
+}
+
+impl Members<'_> {
+    pub fn are_boundaries(self) -> bool {
+        self == Self::Boundaries
+    }
+
+    /// Whether shapes and instances of that kind may be among them.
+    pub fn have(self, kind: Kind) -> bool {
+        match self {
+            Self::Boundaries => true,
+            Self::Opaque(kinds) => kinds.contains(&kind),
+        }
+    }
+}
+
+/// The kinds that are to be apart, each with a box around it.
+pub(super) fn apart(geometry: &Geometry) -> Vec<(Kind, (Vec3, Vec3))> {
+    let found: Vec<_> = MAY_BE_APART.iter().filter_map(|&kind| Some((kind, kind.bounds(geometry)?))).collect();
+    if found.is_empty() {
+        return found;
+    }
+    let triangles = Kind::Triangles.bounds(geometry);
+    let Some(whole) = triangles.into_iter().chain(found.iter().map(|&(_, bounds)| bounds)).reduce(union) else {
+        return vec![];
+    };
+    let most = MOST_MET * surface(whole);
+    // Not those of a scene without end or without extent.
+    let is_apart = |bounds| surface(bounds) <= most && most.is_finite() && most > 0.0;
+    found.into_iter().filter(|&(_, bounds)| is_apart(bounds)).collect()
+}
+
+/// Half the surface of a box.
+fn surface((low, high): (Vec3, Vec3)) -> f64 {
+    let size = high.as_dvec3() - low.as_dvec3();
+    size.x * size.y + size.y * size.z + size.z * size.x
+}

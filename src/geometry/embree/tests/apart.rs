@@ -1,0 +1,69 @@
+//! Kinds of shapes that few rays come near are scenes of their own, and no ray knows.
+
+use glam::Vec3;
+
+use super::backends::{Chequered, everything};
+use super::surfaces::{disk, random_curves};
+use super::*;
+use crate::geometry::curve::CurveKind;
+use crate::geometry::embree::kinds::{Kind, apart};
+
+/// [`everything`], with a disk and curves, over a floor that is larger by far.
+fn with_floor(half: f32) -> Geometry {
+    let mut all = Arc::into_inner(everything()).expect("it is no one else's");
+    let floor = TriangleMesh {
+        positions: [(-half, -half), (half, -half), (half, half), (-half, half)]
+            .map(|(x, y)| Vec3::new(x, y, -1.3))
+            .to_vec(),
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+        ..TriangleMesh::default()
+    };
+    let to_shape = Affine3A::from_translation(Vec3::new(0.0, 0.0, 1.0));
+    let made = [
+        ShapeKind::Triangles(floor),
+        ShapeKind::Disk(disk(to_shape)),
+        ShapeKind::Curves(random_curves(&mut Random::new(61), CurveKind::Flat, 20)),
+    ];
+    for kind in made {
+        all.top_level.push(ShapeId(all.shapes.len() as u32));
+        all.shapes.push(Shape { alpha: Some(0), ..shape(kind) });
+    }
+    all
+}
+
+#[test]
+fn no_ray_knows() {
+    let geometry = Arc::new(with_floor(6.0));
+    let kinds = apart(&geometry);
+    assert_eq!(kinds.iter().map(|&(kind, _)| kind).collect::<Vec<_>>(), [Kind::Curves, Kind::Others, Kind::Instances]);
+    let build = |kinds: &[_]| EmbreeTracer::with_apart(geometry.clone(), Some(Arc::new(Chequered)), kinds);
+    let [together, apart] = [&[], &*kinds].map(|kinds| build(kinds).expect("well formed"));
+    let mut random = Random::new(62);
+    let mut met = [0; 4];
+    for opacity_seed in 0..40_000 {
+        let ray = Ray { time: random.unit(), t_max: 2.0 + 3.0 * random.unit(), opacity_seed, ..random.inward_ray() };
+        let of = |tracer: &EmbreeTracer| {
+            tracer.closest(&ray).map(|hit| (hit.t.to_bits(), hit.shape, hit.instance, hit.primitive))
+        };
+        let (a, b) = (of(&together), of(&apart));
+        assert_eq!(a, b, "{ray:?}");
+        assert_eq!(together.occluded(&ray), apart.occluded(&ray), "{ray:?}");
+        if let Some((_, shape, instance, _)) = b {
+            let kind = if instance.is_some() { Kind::Instances } else { Kind::of(&geometry.shapes[shape.0 as usize]) };
+            met[Kind::ALL.iter().position(|&other| other == kind).expect("one of all")] += 1;
+        }
+    }
+    assert!(met.iter().all(|&count| count > 500), "{met:?}");
+}
+
+#[test]
+fn what_most_rays_come_near_is_not_apart() {
+    let ball = || shape(ShapeKind::Triangles(ball_mesh(Vec3::ZERO, 1.0, 1)));
+    let with_disk = |scale: f32| {
+        let disk = shape(ShapeKind::Disk(disk(Affine3A::from_scale(Vec3::splat(scale)))));
+        apart(&top_level(vec![ball(), disk])).into_iter().map(|(kind, _)| kind).collect::<Vec<_>>()
+    };
+    assert_eq!(with_disk(0.1), [Kind::Others]);
+    assert_eq!(with_disk(3.0), []);
+    assert_eq!(apart(&top_level(vec![ball()])), [], "triangles alone");
+}
