@@ -44,9 +44,19 @@ impl Candidate {
     }
 }
 
-/// Scatters `count` candidates in `boxes` (low and high corners) in proportion to their volumes. Each box has its own random numbers.
-pub fn scatter_in_boxes(boxes: &[(Vec3, Vec3)], count: usize, out: &mut Vec<Candidate>) {
-    let volume = |&(low, high): &(Vec3, Vec3)| {
+/// A box around something that receives light.
+#[derive(Clone, Copy, Debug)]
+pub struct ReceivingBox {
+    /// Its own, whatever other boxes there are: so that a scene with one thing more has the same candidates in all the others.
+    pub number: u64,
+    /// Low and high.
+    pub corners: (Vec3, Vec3),
+}
+
+/// Scatters `count` candidates in `boxes` in proportion to their volumes. Each box has its own random numbers.
+pub fn scatter_in_boxes(boxes: &[ReceivingBox], count: usize, out: &mut Vec<Candidate>) {
+    let volume = |all: &ReceivingBox| {
+        let (low, high) = all.corners;
         let size = (high - low).as_dvec3();
         size.x * size.y * size.z
     };
@@ -56,10 +66,11 @@ pub fn scatter_in_boxes(boxes: &[(Vec3, Vec3)], count: usize, out: &mut Vec<Cand
     }
     // Shares add up to the whole: each box gets what the rounded running sum grows by.
     let (mut sum, mut given) = (0.0, 0);
-    for (number, corners) in boxes.iter().enumerate() {
-        sum += volume(corners);
+    for all in boxes {
+        let ReceivingBox { number, corners } = *all;
+        sum += volume(all);
         let due = (sum / total * count as f64).round() as usize;
-        let mut stream = Stream::from_seed(mix(number as u64));
+        let mut stream = Stream::from_seed(mix(number));
         for _ in given..due {
             let u = Vec3::from([(); 3].map(|()| stream.next_f32()));
             out.push(Candidate::in_space(corners.0 + (corners.1 - corners.0) * u));
@@ -113,8 +124,9 @@ mod tests {
 
     #[test]
     fn boxes_get_their_share() {
-        let cube = |x: f32, edge: f32| (Vec3::new(x, 0.0, 0.0), Vec3::new(x + edge, edge, edge));
-        let flat = (Vec3::splat(50.0), Vec3::new(60.0, 50.0, 60.0));
+        let of = |number, low, high| ReceivingBox { number, corners: (low, high) };
+        let cube = |x: f32, edge: f32| of(x as u64, Vec3::new(x, 0.0, 0.0), Vec3::new(x + edge, edge, edge));
+        let flat = of(50, Vec3::splat(50.0), Vec3::new(60.0, 50.0, 60.0));
         let mut out = vec![];
         scatter_in_boxes(&[cube(0.0, 1.0), flat, cube(10.0, 2.0)], 900, &mut out);
         assert_eq!(out.len(), 900);

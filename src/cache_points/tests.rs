@@ -3,7 +3,7 @@
 use arrayvec::ArrayVec;
 use glam::Vec3;
 
-use super::seed::{Candidate, scatter_in_boxes};
+use super::seed::{Candidate, ReceivingBox, scatter_in_boxes};
 use super::select::{Drawn, MOST_DRAWN};
 use super::*;
 use crate::light::selector::choice;
@@ -38,7 +38,7 @@ fn lights(count: usize, seed: u64) -> Lights {
 
 fn candidates(count: usize) -> Vec<Candidate> {
     let mut list = vec![];
-    scatter_in_boxes(&[(Vec3::ZERO, Vec3::splat(10.0))], count, &mut list);
+    scatter_in_boxes(&[ReceivingBox { number: 0, corners: (Vec3::ZERO, Vec3::splat(10.0)) }], count, &mut list);
     // Some on a floor and a ceiling.
     let mut stream = Stream::from_seed(77);
     for i in 0..count {

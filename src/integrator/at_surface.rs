@@ -63,14 +63,14 @@ pub(super) fn at_surface<const MEDIA: bool>(
 
     let material = MaterialId(shape.material);
     let [u_mix] = if world.materials.is_mix(material) { random.draw(index, Dimension::Mix) } else { [0.0] };
-    let footprint = match &mut walk.differentials {
-        Some(differentials) => {
-            differentials.transfer(ray.direction, hit.t, point.ng);
-            Footprint::new(differentials.dp, &world.geometry.partials(&ray, hit))
+    let mut footprint = Footprint::NONE;
+    if let Some(differentials) = &mut walk.differentials {
+        differentials.transfer(ray.direction, hit.t, point.ng);
+        if world.materials.is_textured(material) {
+            footprint = Footprint::new(differentials.dp, &world.geometry.partials(&ray, hit));
         }
-        None => Footprint::NONE,
-    };
-    if world.materials.has_relief() {
+    }
+    if world.materials.has_relief(material) {
         let partials = || world.geometry.partials(&ray, hit);
         world.materials.emboss(material, &mut point, wo, u_mix, &footprint, partials);
     }

@@ -32,6 +32,7 @@ impl Materials {
         let mut loader = Loader::new(scene);
         let mut list = Vec::with_capacity(scene.materials.len());
         let mut reliefs = Vec::with_capacity(scene.materials.len());
+        let mut has_texture = Vec::with_capacity(scene.materials.len());
         let names: Names = scene
             .materials
             .iter()
@@ -46,19 +47,30 @@ impl Materials {
                 textures: &mut textures,
                 loader: &mut loader,
                 memory: &memory,
-                open: Vec::new(),
+                open: vec![],
+                is_textured: false,
             };
             let material = material(entity, &names, &mut builder)?;
             // The parts of a mix have reliefs of their own, and a boundary between media has nothing to shade.
             let is_shaded = !matches!(material, Material::Mix { .. } | Material::Interface);
             reliefs.push(if is_shaded { relief(&entity.entity.params, &mut builder)? } else { Relief::None });
             list.push(material);
+            has_texture.push(builder.is_textured);
             entity.entity.params.warn_unused(warnings);
         }
+        let own = |k: usize| {
+            let has_relief = !matches!(reliefs[k], Relief::None);
+            Traits {
+                is_transmissive: list[k].is_transmissive(),
+                is_fibre: matches!(list[k], Material::Hair(_)),
+                is_textured: has_texture[k] || has_relief,
+                has_relief,
+            }
+        };
+        let traits = traits(&list, own, scene)?;
         if reliefs.iter().all(|relief| matches!(relief, Relief::None)) {
             reliefs = Vec::new();
         }
-        let traits = traits(&list, scene)?;
         Ok(Self { list, traits, reliefs, textures, alphas: Vec::new(), loader, memory })
     }
 
@@ -75,7 +87,8 @@ impl Materials {
         warnings: &mut Warnings,
     ) -> Result<Option<u32>> {
         let Self { textures, loader, memory, .. } = self;
-        let mut builder = TextureBuilder { scene, strict, warnings, textures, loader, memory, open: Vec::new() };
+        let mut builder =
+            TextureBuilder { scene, strict, warnings, textures, loader, memory, open: vec![], is_textured: false };
         let input = builder.float(Some(value), 1.0)?;
         if matches!(input, FloatInput::Constant(alpha) if alpha >= 1.0) {
             return Ok(None);
@@ -89,8 +102,8 @@ impl Materials {
     }
 }
 
-/// What holds for each material. Refuses mixes that contain themselves. Every mix is followed once: linear in their number.
-fn traits(list: &[Material], scene: &SceneDescription) -> Result<Vec<Traits>> {
+/// What holds for each material, of which `own` tells what it is by itself. Refuses mixes that contain themselves. Every mix is followed once: linear in their number.
+fn traits(list: &[Material], own: impl Fn(usize) -> Traits, scene: &SceneDescription) -> Result<Vec<Traits>> {
     #[derive(Clone, Copy, PartialEq)]
     enum State {
         New,
@@ -104,10 +117,7 @@ fn traits(list: &[Material], scene: &SceneDescription) -> Result<Vec<Traits>> {
         let mut stack = vec![(start, 0)];
         while let Some((place, child)) = stack.pop() {
             let Material::Mix { materials, .. } = &list[place] else {
-                states[place] = State::Done(Traits {
-                    is_transmissive: list[place].is_transmissive(),
-                    is_fibre: matches!(list[place], Material::Hair(_)),
-                });
+                states[place] = State::Done(own(place));
                 continue;
             };
             if child == 0 {
@@ -128,11 +138,8 @@ fn traits(list: &[Material], scene: &SceneDescription) -> Result<Vec<Traits>> {
                     stack.push((next.0 as usize, 0));
                 }
                 None => {
-                    let [a, b] = materials.map(|part| done(states[part.0 as usize]));
-                    states[place] = State::Done(Traits {
-                        is_transmissive: a.is_transmissive || b.is_transmissive,
-                        is_fibre: a.is_fibre || b.is_fibre,
-                    });
+                    let parts = materials.map(|part| done(states[part.0 as usize]));
+                    states[place] = State::Done(parts.into_iter().fold(own(place), Traits::or));
                 }
             }
         }

@@ -84,6 +84,8 @@ pub(super) struct TextureBuilder<'a> {
     pub memory: &'a Arc<TextureMemory>,
     /// The textures being built, to notice those that contain themselves.
     pub open: Vec<(String, bool)>,
+    /// Whether any input so far is a texture.
+    pub is_textured: bool,
 }
 
 impl<'a> TextureBuilder<'a> {
@@ -92,7 +94,11 @@ impl<'a> TextureBuilder<'a> {
         match value {
             None => Ok(FloatInput::Constant(default)),
             Some(TextureOr::Value(value)) => Ok(FloatInput::Constant(value)),
-            Some(TextureOr::Texture(name, span)) => self.named_float(&name, span),
+            Some(TextureOr::Texture(name, span)) => {
+                let input = self.named_float(&name, span)?;
+                self.is_textured |= matches!(input, FloatInput::Texture(_));
+                Ok(input)
+            }
         }
     }
 
@@ -101,7 +107,11 @@ impl<'a> TextureBuilder<'a> {
         match value {
             None => Ok(RgbInput::Constant(default)),
             Some(TextureOr::Value(value)) => Ok(RgbInput::Constant(value)),
-            Some(TextureOr::Texture(name, span)) => self.named_rgb(&name, span),
+            Some(TextureOr::Texture(name, span)) => {
+                let input = self.named_rgb(&name, span)?;
+                self.is_textured |= matches!(input, RgbInput::Texture(_));
+                Ok(input)
+            }
         }
     }
 

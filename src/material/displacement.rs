@@ -18,7 +18,8 @@ impl Materials {
         warnings: &mut Warnings,
     ) -> Result<Option<FloatInput>, Box<SceneError>> {
         let Self { textures, loader, memory, .. } = self;
-        let mut builder = TextureBuilder { scene, strict, warnings, textures, loader, memory, open: Vec::new() };
+        let mut builder =
+            TextureBuilder { scene, strict, warnings, textures, loader, memory, open: vec![], is_textured: false };
         let input = builder.float(Some(value), 0.0)?;
         Ok(Some(input).filter(|input| *input != FloatInput::Constant(0.0)))
     }

@@ -110,6 +110,22 @@ struct Traits {
     is_transmissive: bool,
     /// Surfaces are fibres.
     is_fibre: bool,
+    /// Something of it is looked up in a texture.
+    is_textured: bool,
+    /// Shading normals are turned.
+    has_relief: bool,
+}
+
+impl Traits {
+    /// What holds for either.
+    const fn or(self, other: Self) -> Self {
+        Self {
+            is_transmissive: self.is_transmissive || other.is_transmissive,
+            is_fibre: self.is_fibre || other.is_fibre,
+            is_textured: self.is_textured || other.is_textured,
+            has_relief: self.has_relief || other.has_relief,
+        }
+    }
 }
 
 impl Materials {
@@ -166,6 +182,18 @@ impl Materials {
     /// Whether surfaces of `material` are fibres: they have no inside.
     pub fn is_fibre(&self, material: MaterialId) -> bool {
         self.traits[material.0 as usize].is_fibre
+    }
+
+    /// Whether anything of `material` is looked up in a texture, so that it matters what a ray covers.
+    #[inline]
+    pub fn is_textured(&self, material: MaterialId) -> bool {
+        self.traits[material.0 as usize].is_textured
+    }
+
+    /// Whether `material` turns shading normals: if not, [`Materials::emboss`] need not be called.
+    #[inline]
+    pub fn has_relief(&self, material: MaterialId) -> bool {
+        self.traits[material.0 as usize].has_relief
     }
 
     /// How many materials have a normal map or a displacement.

@@ -36,12 +36,6 @@ pub enum Relief {
 }
 
 impl Materials {
-    /// Whether any material has relief: if not, [`Materials::emboss`] need not be called.
-    #[inline]
-    pub fn has_relief(&self) -> bool {
-        !self.reliefs.is_empty()
-    }
-
     /// Turns the shading normal of `point` as the relief of `material` says. `u` chooses among mixed materials as in [`Materials::bsdf`],
     /// `wo` points away from the surface, `partials` are asked for only where they are needed.
     pub fn emboss(

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::is_embree_curve;
 use crate::geometry::extent::union;
-use crate::geometry::{Geometry, Shape, ShapeKind};
+use crate::geometry::{Geometry, Instance, Shape, ShapeKind};
 
 /// What one tree of Embree's holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,12 +17,14 @@ pub(super) enum Kind {
     Curves,
     /// Shapes that intersect themselves.
     Others,
-    /// Appearances of prototypes, whatever those hold.
+    /// Appearances of prototypes that stand still, whatever those hold.
     Instances,
+    /// Those that move.
+    Moving,
 }
 
 /// Those that may be a scene of their own. Triangles are what other kinds are apart from.
-const MAY_BE_APART: [Kind; 3] = [Kind::Curves, Kind::Others, Kind::Instances];
+const MAY_BE_APART: [Kind; 4] = [Kind::Curves, Kind::Others, Kind::Instances, Kind::Moving];
 
 /// A kind is apart if its box has at most this share of the surface of the box around everything: the share of the lines through the latter that meet it (Crofton's
 /// formula). A ray that meets it takes longer than it would if the kind were not apart, by less than the others gain.
@@ -30,7 +32,7 @@ const MOST_MET: f64 = 0.5;
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Triangles, Self::Curves, Self::Others, Self::Instances];
+    pub const ALL: [Self; 5] = [Self::Triangles, Self::Curves, Self::Others, Self::Instances, Self::Moving];
 
     /// Of a shape that is not part of a prototype.
     pub fn of(shape: &Shape) -> Self {
@@ -41,10 +43,17 @@ impl Kind {
         }
     }
 
+    /// Of an appearance of a prototype.
+    pub fn of_instance(instance: &Instance) -> Self {
+        if instance.transform.is_moving() { Self::Moving } else { Self::Instances }
+    }
+
     /// The box of all that is opaque of this kind; `None` where there is nothing.
     fn bounds(self, geometry: &Geometry) -> Option<(Vec3, Vec3)> {
         match self {
-            Self::Instances => geometry.bounds_of_instances(|shape| !shape.is_boundary),
+            Self::Instances | Self::Moving => {
+                geometry.bounds_of_instances(|instance| Self::of_instance(instance) == self, |shape| !shape.is_boundary)
+            }
             _ => geometry.bounds_of_top_level(|shape| !shape.is_boundary && Self::of(shape) == self),
         }
     }
@@ -84,9 +93,22 @@ pub(super) fn apart(geometry: &Geometry) -> Vec<(Kind, (Vec3, Vec3))> {
         return vec![];
     };
     let most = MOST_MET * surface(whole);
-    // Not those of a scene without end or without extent.
-    let is_apart = |bounds| surface(bounds) <= most && most.is_finite() && most > 0.0;
-    found.into_iter().filter(|&(_, bounds)| is_apart(bounds)).collect()
+    let shares_prototypes = share_prototypes(geometry);
+    let is_apart = |&(kind, bounds): &(Kind, _)| {
+        let is_kept = shares_prototypes && matches!(kind, Kind::Instances | Kind::Moving);
+        // Nor in a scene without end or without extent.
+        !is_kept && surface(bounds) <= most && most.is_finite() && most > 0.0
+    };
+    found.into_iter().filter(is_apart).collect()
+}
+
+/// Whether one prototype has appearances of both kinds: apart, each would have a tree for it.
+fn share_prototypes(geometry: &Geometry) -> bool {
+    let mut has = vec![[false; 2]; geometry.prototypes.len()];
+    for instance in &geometry.instances {
+        has[instance.prototype as usize][usize::from(instance.transform.is_moving())] = true;
+    }
+    has.contains(&[true; 2])
 }
 
 /// Half the surface of a box.

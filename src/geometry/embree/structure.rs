@@ -72,8 +72,8 @@ impl Structure {
         }
         let mut prototypes: Vec<Option<PrototypeScene>> = Vec::new();
         prototypes.resize_with(geometry.prototypes.len(), || None);
-        let instances = if members.have(Kind::Instances) { &*geometry.instances } else { &[] };
-        for (id, instance) in instances.iter().enumerate() {
+        let instances = geometry.instances.iter().enumerate();
+        for (id, instance) in instances.filter(|(_, instance)| members.have(Kind::of_instance(instance))) {
             let slot = &mut prototypes[instance.prototype as usize];
             let prototype = match slot {
                 Some(prototype) => prototype,

@@ -151,7 +151,7 @@ fn every_kind_and_its_defaults() {
     // pbrt-v4's default matter is nearly white, redder than blue.
     let matter = albedo(&materials, 10, 0.0);
     assert!(matter[0] > matter[2] && matter[2] > 0.7 && matter[0] < 1.0, "{matter:?}");
-    assert!(!materials.has_relief());
+    assert_eq!(materials.reliefs_in_use(), 0);
 }
 
 /// The albedo that a material of this kind and these parameters comes to, and what was warned of.
@@ -314,6 +314,7 @@ fn textures_are_shared_scaled_and_loaded_once() {
     let (materials, warnings) = build(&scene(list, textures, folder.path().into()));
     assert!(warnings.list().len() == 1 && warnings.list()[0].message.contains("marble"), "{warnings:?}");
     assert_eq!((materials.textures_in_use(), materials.images_in_use()), (3, 1));
+    assert_eq!([0, 1, 2, 3, 4].map(|id| materials.is_textured(MaterialId(id))), [true, true, true, false, true]);
     let at =
         |id, u| materials.bsdf(MaterialId(id), &point(Vec2::new(u, 0.5)), &Footprint::NONE, 0.0, 0).albedo(Vec3::Z)[0];
     assert_eq!((at(0, 0.25), at(0, 0.75), at(4, 0.75)), (0.0, 1.0, 1.0));

@@ -45,7 +45,10 @@ fn normal_maps_are_linear_and_in_tangent_space() {
         material("both", "hair", vec![map(), ("displacement", floats(1.0))]),
     ];
     let (materials, warnings) = build(&scene(list, vec![], folder.path().into()));
-    assert!(materials.has_relief() && materials.reliefs_in_use() == 3 && materials.images_in_use() == 1);
+    assert!(materials.reliefs_in_use() == 3 && materials.images_in_use() == 1);
+    let traits =
+        [0, 1, 2, 3, 4].map(|id| [materials.has_relief(MaterialId(id)), materials.is_textured(MaterialId(id))]);
+    assert_eq!(traits, [true, false, true, true, true].map(|relief| [relief; 2]));
     assert!(warnings.list().len() == 1 && warnings.list()[0].message.contains("\"displacement\""), "{warnings:?}");
     let local = Vec3::new(191.0, 64.0, 230.0) / 255.0 * 2.0 - Vec3::ONE;
     for id in [0, 3, 4] {
@@ -69,7 +72,7 @@ fn maps_that_cannot_be_used_are_named() {
     image::GrayImage::new(2, 2).save(folder.path().join("grey.png")).expect("the image can be written");
     let with = |file: &str| scene(vec![diffuse("m", vec![("normalmap", string(file))])], vec![], folder.path().into());
     let (materials, warnings) = build(&with("none.png"));
-    assert!(!materials.has_relief() && warnings.list()[0].message.contains("stays as it is"), "{warnings:?}");
+    assert!(materials.reliefs_in_use() == 0 && warnings.list()[0].message.contains("stays as it is"), "{warnings:?}");
     assert!(Materials::build(&with("none.png"), TextureSettings::default(), true, &mut Warnings::default()).is_err());
     let error = Materials::build(&with("grey.png"), TextureSettings::default(), false, &mut Warnings::default())
         .expect_err("it is grey");

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::cache_points::seed::{Candidate, MOST_IN_BOXES, MOST_PILOTS, along_beams, scatter_in_boxes};
+use crate::cache_points::seed::{Candidate, MOST_IN_BOXES, MOST_PILOTS, ReceivingBox, along_beams, scatter_in_boxes};
 use crate::cache_points::{CachePoints, CacheSettings, CacheStatistics};
 use crate::film::FilmSettings;
 use crate::geometry::camera::Camera;
@@ -142,7 +142,7 @@ pub(super) fn thinned<T: Copy>(list: &[T], most: usize) -> Vec<T> {
 }
 
 /// The boxes of everything that light may be gathered in or on: not of pure emitters, nor of surfaces that reflect nothing.
-fn receiving_boxes(geometry: &Geometry, materials: &Materials, world: &World) -> Vec<(Vec3, Vec3)> {
+fn receiving_boxes(geometry: &Geometry, materials: &Materials, world: &World) -> Vec<ReceivingBox> {
     let receives = |id: &ShapeId| {
         let shape = &geometry.shapes[id.0 as usize];
         if shape.is_boundary {
@@ -154,15 +154,17 @@ fn receiving_boxes(geometry: &Geometry, materials: &Materials, world: &World) ->
     let of_shapes = |ids: &[ShapeId]| -> Vec<(Vec3, Vec3)> {
         ids.iter().filter(|id| receives(id)).filter_map(|&id| geometry.shape_bounds(id)).collect()
     };
-    let mut boxes = of_shapes(&geometry.top_level);
+    let shapes = of_shapes(&geometry.top_level);
     let prototypes: Vec<_> = geometry
         .prototypes
         .iter()
         .map(|prototype| of_shapes(&prototype.shapes).into_iter().reduce(crate::geometry::extent::union))
         .collect();
-    boxes.extend(geometry.instances.iter().filter_map(|instance| {
+    let instances = geometry.instances.iter().filter_map(|instance| {
         let (low, high) = prototypes[instance.prototype as usize]?;
         Some(instance.transform.bounds(low, high))
-    }));
-    boxes
+    });
+    let numbered = |first: u64| move |(number, corners)| ReceivingBox { number: first + number as u64, corners };
+    let shapes = shapes.into_iter().enumerate().map(numbered(0));
+    shapes.chain(instances.enumerate().map(numbered(1 << 32))).collect()
 }

@@ -33,13 +33,19 @@ fn with_floor(half: f32) -> Geometry {
 
 #[test]
 fn no_ray_knows() {
-    let geometry = Arc::new(with_floor(6.0));
+    let mut geometry = with_floor(6.0);
+    let kinds = |geometry: &_| apart(geometry).iter().map(|&(kind, _)| kind).collect::<Vec<_>>();
+    assert_eq!(kinds(&geometry), [Kind::Curves, Kind::Others], "still and moving appearances of one prototype");
+    let moving = geometry.instances.iter_mut().find(|instance| instance.transform.is_moving()).expect("there is one");
+    moving.prototype = 1;
+    geometry.prototypes.push(Prototype { shapes: geometry.prototypes[0].shapes.clone() });
+    assert_eq!(kinds(&geometry), Kind::ALL[1..]);
     let kinds = apart(&geometry);
-    assert_eq!(kinds.iter().map(|&(kind, _)| kind).collect::<Vec<_>>(), [Kind::Curves, Kind::Others, Kind::Instances]);
+    let geometry = Arc::new(geometry);
     let build = |kinds: &[_]| EmbreeTracer::with_apart(geometry.clone(), Some(Arc::new(Chequered)), kinds);
     let [together, apart] = [&[], &*kinds].map(|kinds| build(kinds).expect("well formed"));
     let mut random = Random::new(62);
-    let mut met = [0; 4];
+    let mut met = [0; Kind::ALL.len()];
     for opacity_seed in 0..40_000 {
         let ray = Ray { time: random.unit(), t_max: 2.0 + 3.0 * random.unit(), opacity_seed, ..random.inward_ray() };
         let of = |tracer: &EmbreeTracer| {
@@ -49,7 +55,10 @@ fn no_ray_knows() {
         assert_eq!(a, b, "{ray:?}");
         assert_eq!(together.occluded(&ray), apart.occluded(&ray), "{ray:?}");
         if let Some((_, shape, instance, _)) = b {
-            let kind = if instance.is_some() { Kind::Instances } else { Kind::of(&geometry.shapes[shape.0 as usize]) };
+            let kind = match instance {
+                Some(instance) => Kind::of_instance(&geometry.instances[instance.0 as usize]),
+                None => Kind::of(&geometry.shapes[shape.0 as usize]),
+            };
             met[Kind::ALL.iter().position(|&other| other == kind).expect("one of all")] += 1;
         }
     }
