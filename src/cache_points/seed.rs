@@ -47,7 +47,7 @@ impl Candidate {
 /// A box around something that receives light.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceivingBox {
-    /// Its own, whatever other boxes there are: so that a scene with one thing more has the same candidates in all the others.
+    /// Its own, by which its random numbers go: of a shape or an instance whose place in the scene's lists it tells, so that one more at their end changes no others'.
     pub number: u64,
     /// Low and high.
     pub corners: (Vec3, Vec3),

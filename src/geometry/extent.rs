@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Geometry, Instance, Ray, Shape, ShapeId, ShapeKind};
+use super::{Geometry, Ray, Shape, ShapeId, ShapeKind};
 
 impl Geometry {
     /// The box of everything in render space, over the whole animation interval. (0, 0) where there is nothing.
@@ -12,33 +12,16 @@ impl Geometry {
 
     /// That of the shapes that `is_meant`; `None` where there are none.
     pub fn bounds_of(&self, is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
-        let (shapes, instances) = (self.bounds_of_top_level(&is_meant), self.bounds_of_instances(|_| true, &is_meant));
-        shapes.into_iter().chain(instances).reduce(union)
-    }
-
-    /// Of those that are directly in render space.
-    pub fn bounds_of_top_level(&self, is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
-        self.bounds_of_shapes(&self.top_level, is_meant)
-    }
-
-    /// Of those that appear through instances, of which `are_meant` tells.
-    pub fn bounds_of_instances(
-        &self,
-        are_meant: impl Fn(&Instance) -> bool,
-        is_meant: impl Fn(&Shape) -> bool,
-    ) -> Option<(Vec3, Vec3)> {
-        let prototypes = self.prototypes.iter().map(|prototype| self.bounds_of_shapes(&prototype.shapes, &is_meant));
-        let prototypes: Vec<_> = prototypes.collect();
-        let instances = self.instances.iter().filter(|instance| are_meant(instance)).filter_map(|instance| {
+        let of_shapes = |ids: &[ShapeId]| {
+            let ids = ids.iter().filter(|id| is_meant(&self.shapes[id.0 as usize]));
+            ids.filter_map(|&id| self.shape_bounds(id)).reduce(union)
+        };
+        let prototypes: Vec<_> = self.prototypes.iter().map(|prototype| of_shapes(&prototype.shapes)).collect();
+        let instances = self.instances.iter().filter_map(|instance| {
             let (low, high) = prototypes[instance.prototype as usize]?;
             Some(instance.transform.bounds(low, high))
         });
-        instances.reduce(union)
-    }
-
-    fn bounds_of_shapes(&self, ids: &[ShapeId], is_meant: impl Fn(&Shape) -> bool) -> Option<(Vec3, Vec3)> {
-        let ids = ids.iter().filter(|id| is_meant(&self.shapes[id.0 as usize]));
-        ids.filter_map(|&id| self.shape_bounds(id)).reduce(union)
+        of_shapes(&self.top_level).into_iter().chain(instances).reduce(union)
     }
 
     /// The box of all primitives of a shape, in the shape's space; `None` for an empty mesh.

@@ -2,7 +2,7 @@
 //! segment, and which medium boundaries a segment crosses.
 //!
 //! Shapes of material `interface` ([`super::Shape::is_boundary`]) block nothing and are never hit: they live in an acceleration
-//! structure of their own, asked only by [`Tracer::boundaries`], so that shadow rays stay single occlusion queries.
+//! structure of their own, asked only by [`Tracer::boundaries`], so that a shadow ray asks nothing but whether something is in the way.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! The path: surfaces, media, next-event estimation, MIS. [`path`] reads top to bottom.
+//! The path: surfaces, media, next-event estimation, MIS. [`path`] reads top to bottom; what happens on the way is in [`through_media`], what at its end in
+//! [`at_surface`], what a path carries in [`walk`].
 
 mod at_surface;
 pub mod counters;

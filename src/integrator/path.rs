@@ -62,14 +62,14 @@ impl Scratch {
 /// A ray from a camera, and how it would change with the pixel, where textures have levels of detail.
 pub type CameraRay = (Ray, Option<RayDifferentials>);
 
-/// The radiance that arrives along `ray` from a camera, as one unbiased sample, sorted into layers. `seen` is told what of it surfaces and environments
+/// The radiance that arrives along a ray from a camera, as one unbiased sample, sorted into layers. `seen` is told what of it surfaces and environments
 /// shine straight into the camera, and answers with another unbiased sample of that, which the result has in its place.
 ///
 /// `MEDIA` is whether the world has any: without, the code for them is not there.
 pub fn trace_path<const MEDIA: bool>(
     world: &World,
     settings: &PathSettings,
-    (ray, differentials): CameraRay,
+    start: CameraRay,
     random: &SamplePoint,
     scratch: &mut Scratch,
     seen: impl FnOnce(Rgb, &mut Scratch) -> Rgb,
@@ -77,9 +77,9 @@ pub fn trace_path<const MEDIA: bool>(
     scratch.counters.paths += 1;
     world.light_choice.begin_path(&mut scratch.lights);
     scratch.in_scatter.begin_path();
-    let mut walk = Walk::new((ray, differentials));
+    let mut walk = Walk::new(start);
     if MEDIA {
-        camera_regions(world, &ray, &mut walk.path.regions, scratch);
+        camera_regions(world, &walk.ray, &mut walk.path.regions, scratch);
     }
     let mut layers = Layers::new();
     go_on::<MEDIA>(world, settings, &mut walk, random, scratch, &mut layers);

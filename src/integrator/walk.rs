@@ -1,4 +1,5 @@
-//! A path on its way, and the rules that hold wherever it is: multiple importance sampling of the light that it meets by itself, and Russian roulette.
+//! A path on its way: the media that it begins in, and the rules that hold wherever it is, multiple importance sampling of the light that it meets by itself
+//! and Russian roulette.
 
 use glam::Vec3;
 

@@ -5,6 +5,9 @@ use crate::geometry::ShapeKind;
 use crate::integrator::LightChoice;
 use crate::render::Job;
 
+/// The part that chooses lights without asking all of them.
+pub const CACHE_POINTS: &str = "cache points for lights";
+
 /// A part of the renderer.
 #[derive(Clone, Debug)]
 pub struct Part {
@@ -47,7 +50,7 @@ impl Facts {
         parts.push(kind("spheres, disks", ["there are some", "the scene has no spheres or disks"], round));
         let choice = systems.iter().find(|system| system.name == "light selection");
         parts.push(Part {
-            name: "cache points for lights",
+            name: CACHE_POINTS,
             // Where only the plan is wanted, cache points are not there yet.
             is_built: matches!(job.world.light_choice, LightChoice::CachePoints(_) | LightChoice::Pilot),
             reason: choice.map_or(String::new(), |choice| choice.reason.clone()),

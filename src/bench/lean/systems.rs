@@ -3,7 +3,7 @@
 //! Text for scene files stands where `Translate` and `Scale` have made a unit cube of the place that is out of the way. In it `{triangle}` is a triangle,
 //! `{boundary}` the closed boundary of the medium `lean`, `{texture}` and `{volume}` are names of files, `{size}` is the length of the cube's edges.
 
-use super::facts::{Facts, Part};
+use super::facts::{CACHE_POINTS, Facts, Part};
 
 /// What makes a scene need a system.
 #[derive(Debug)]
@@ -12,8 +12,10 @@ pub struct System {
     pub name: &'static str,
     /// What is added, in words.
     pub how: &'static str,
-    /// Whether the scene has no use for it: it must cost next to nothing. Otherwise it is used wherever it can be.
+    /// Whether the scene has no use for it, but for what [`System::is_idle_in`] tells: it must cost next to nothing. Otherwise it is used wherever it can be.
     pub is_idle: bool,
+    /// Whether a light comes with it. One light more is nothing to cache points; without them every vertex asks every light, and there it is in use.
+    pub is_light: bool,
     /// Text before the scene's.
     pub before: &'static str,
     /// Text within its world.
@@ -30,7 +32,7 @@ pub const BOUNDARY: &str = "Material \"interface\" MediumInterface \"lean\" \"\"
 
 /// Of a system that comes with something tiny in the world.
 const fn idle(name: &'static str, how: &'static str, within: &'static str) -> System {
-    System { name, how, is_idle: true, before: "", within, arguments: &[] }
+    System { name, how, is_idle: true, is_light: false, before: "", within, arguments: &[] }
 }
 
 /// Two lamps too faint to be seen.
@@ -53,6 +55,7 @@ const SYSTEMS: [System; 19] = [
         name: "moving camera",
         how: "the camera moves by a hair",
         is_idle: false,
+        is_light: false,
         before: "ActiveTransform EndTime\nTranslate {size} 0 0\nActiveTransform All",
         within: "",
         arguments: &[],
@@ -94,22 +97,26 @@ const SYSTEMS: [System; 19] = [
         "a tiny, uniform medium that glows faintly",
         "MakeNamedMedium \"lean\" \"string type\" \"homogeneous\" \"float sigma_a\" 1 \"float sigma_s\" 0 \"rgb Le\" [1e-9 1e-9 1e-9]\n{boundary}",
     ),
-    idle(
-        "volume lights",
-        "a tiny, faint flame given by a grid",
-        "MakeNamedMedium \"lean\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer ny\" 2 \"integer nz\" 2 \"float density\" [1 1 1 1 1 1 1 1] \
+    System {
+        is_light: true,
+        ..idle(
+            "volume lights",
+            "a tiny, faint flame given by a grid",
+            "MakeNamedMedium \"lean\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer ny\" 2 \"integer nz\" 2 \"float density\" [1 1 1 1 1 1 1 1] \
          \"float sigma_a\" 1 \"float sigma_s\" 0 \"rgb Le\" [1e-9 1e-9 1e-9]\n{boundary}",
-    ),
+        )
+    },
     idle(
         "in-scatter sampling",
         "a tiny, uniform medium that scatters",
         "MakeNamedMedium \"lean\" \"string type\" \"homogeneous\" \"float sigma_a\" 1 \"float sigma_s\" 1\n{boundary}",
     ),
-    System { is_idle: false, ..idle("light selection", "two lamps too faint to be seen", LAMPS) },
+    System { is_idle: false, is_light: true, ..idle("light selection", "two lamps too faint to be seen", LAMPS) },
     System {
-        name: "cache points for lights",
+        name: CACHE_POINTS,
         how: "--lights cache-points",
         is_idle: false,
+        is_light: false,
         before: "",
         within: LAMPS,
         arguments: &["--lights", "cache-points"],
@@ -118,6 +125,13 @@ const SYSTEMS: [System; 19] = [
     idle("spheres, disks", "a tiny sphere", "Translate 0.5 0.5 0.5\nShape \"sphere\" \"float radius\" 0.4"),
     idle("curves", "a tiny curve", "Shape \"curve\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 0] \"float width\" 0.1"),
 ];
+
+impl System {
+    /// Whether it has nothing to do in a scene of these facts.
+    pub fn is_idle_in(&self, facts: &Facts) -> bool {
+        self.is_idle && (!self.is_light || facts.has(CACHE_POINTS))
+    }
+}
 
 /// The systems that a scene leaves out and that it can be made to need, with why it leaves each out.
 pub fn left_out(facts: &Facts) -> impl Iterator<Item = (&'static System, &Part)> {

@@ -20,10 +20,6 @@ use crate::system::output::{OutputError, write_atomically};
 
 /// The system that is a program of its own.
 const READER: &str = "volume reader";
-/// The system that comes with a light.
-const VOLUME_LIGHTS: &str = "volume lights";
-/// The system that does not ask every light.
-const CACHE_POINTS: &str = "cache points for lights";
 
 /// A scene that needs one system more.
 pub struct Variant {
@@ -31,7 +27,7 @@ pub struct Variant {
     pub system: &'static System,
     /// Why the scene leaves it out.
     pub reason: String,
-    /// Whether the scene has no use for the system. One light more is none for cache points; without them every vertex asks every light.
+    /// Whether the scene has no use for the system.
     pub is_idle: bool,
     /// The arguments of its renders.
     pub method: Method,
@@ -71,7 +67,7 @@ pub fn of(subject: &Subject, folder: &Path) -> Result<(Vec<Variant>, Vec<String>
             Ok((method, text, file)) => {
                 let reason = part.reason.clone();
                 let has_helper = system.name == READER || facts.has(READER);
-                let is_idle = system.is_idle && (system.name != VOLUME_LIGHTS || facts.has(CACHE_POINTS));
+                let is_idle = system.is_idle_in(facts);
                 variants.push(Variant { system, reason, is_idle, method, text, has_helper, file });
             }
             Err(why) => notes.push(format!("{} is not measured: {why}", system.name)),

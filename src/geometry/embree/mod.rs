@@ -9,6 +9,7 @@
 
 mod adapters;
 mod bounded;
+mod boxes;
 mod kinds;
 mod motion;
 mod scale;
@@ -19,9 +20,9 @@ mod tests;
 use std::sync::Arc;
 
 use ::embree::{Candidate, Device, Error};
-use glam::Vec3;
 
 use self::bounded::Bounded;
+use self::boxes::{Bounds, Boxes};
 use self::kinds::{Kind, Members};
 use self::scale::{Scale, Scales};
 use self::structure::Structure;
@@ -60,22 +61,24 @@ impl EmbreeTracer {
     /// # Errors
     /// What Embree said: out of memory, an unsupported CPU, vertex numbers out of range.
     pub fn build(geometry: Arc<Geometry>, opacity: Option<Arc<dyn Opacity>>) -> Result<Self, TraceError> {
-        let apart = kinds::apart(&geometry);
-        Self::with_apart(geometry, opacity, &apart)
+        let boxes = Boxes::new(&geometry);
+        let apart = kinds::apart(&geometry, &boxes);
+        Self::with_apart(geometry, opacity, &boxes, &apart)
     }
 
     /// The same with these kinds apart, each with a box around it.
     fn with_apart(
         geometry: Arc<Geometry>,
         opacity: Option<Arc<dyn Opacity>>,
-        apart: &[(Kind, (Vec3, Vec3))],
+        boxes: &Boxes,
+        apart: &[(Kind, Bounds)],
     ) -> Result<Self, TraceError> {
         let device = Device::new(rayon::current_num_threads())?;
         if memory::limit().is_some() {
             let left = memory::available().unwrap_or(u64::MAX);
             device.limit_memory(usize::try_from(left).unwrap_or(usize::MAX));
         }
-        let scales = Scales::new(&geometry);
+        let scales = Scales::new(boxes);
         let build = |members: Members| Structure::build(&device, &geometry, opacity.as_ref(), &scales, members);
         let is_together = |kind: &Kind| apart.iter().all(|(other, _)| other != kind);
         let together: Vec<Kind> = Kind::ALL.into_iter().filter(is_together).collect();
@@ -93,9 +96,11 @@ impl EmbreeTracer {
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<RayHit> {
         let mut closest = self.closest_of(&self.opaque, ray);
-        for Bounded { structure, .. } in self.apart.iter().filter(|all| all.may_meet(ray)) {
-            let t_max = closest.map_or(ray.t_max, |hit| hit.t);
-            closest = self.closest_of(structure, &Ray { t_max, ..*ray }).or(closest);
+        for all in &self.apart {
+            let nearer = Ray { t_max: closest.map_or(ray.t_max, |hit| hit.t), ..*ray };
+            if all.may_meet(&nearer) {
+                closest = self.closest_of(&all.structure, &nearer).or(closest);
+            }
         }
         closest
     }

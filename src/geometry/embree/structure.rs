@@ -1,5 +1,5 @@
-//! One acceleration structure: an Embree scene for render space, with the shapes of `top_level` and the instances, and one
-//! for each prototype that is used. Debian's Embree allows one level of instances, which is what [`Geometry`] has.
+//! One acceleration structure: an Embree scene for render space, with those of the shapes of `top_level` and of the instances that are its members, and one
+//! for each prototype that these use. Debian's Embree allows one level of instances, which is what [`Geometry`] has.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ pub(super) struct Structure {
     /// Render space.
     pub scene: Scene,
     targets: Vec<Target>,
-    /// Parallel to [`Geometry::prototypes`]; `None` for those without an instance.
+    /// Parallel to [`Geometry::prototypes`]; `None` for those without an instance here. Empty where no instance can be.
     prototypes: Vec<Option<PrototypeScene>>,
 }
 
@@ -71,7 +71,7 @@ impl Structure {
             }
         }
         let mut prototypes: Vec<Option<PrototypeScene>> = Vec::new();
-        prototypes.resize_with(geometry.prototypes.len(), || None);
+        prototypes.resize_with(if members.have_instances() { geometry.prototypes.len() } else { 0 }, || None);
         let instances = geometry.instances.iter().enumerate();
         for (id, instance) in instances.filter(|(_, instance)| members.have(Kind::of_instance(instance))) {
             let slot = &mut prototypes[instance.prototype as usize];

@@ -10,6 +10,7 @@ use crate::cache_points::{CachePoints, CacheSettings, CacheStatistics};
 use crate::film::FilmSettings;
 use crate::geometry::camera::Camera;
 use crate::geometry::differentials::{RayDifferentials, SampleShare};
+use crate::geometry::extent::union;
 use crate::geometry::{Geometry, ShapeId};
 use crate::integrator::in_scatter::alternatives::Mix;
 use crate::integrator::{PathSettings, Scratch, World, trace_path};
@@ -22,6 +23,8 @@ const PIXELS_PER_PILOT: usize = 8;
 /// Pilot paths at least, and candidates in boxes at least: small images have scenes as large as any.
 const FEWEST_PILOTS: usize = 4096;
 const FEWEST_IN_BOXES: usize = 8192;
+/// The number of the first instance's box; before it are those of shapes.
+const FIRST_INSTANCE: u64 = 1 << 32;
 /// Pilot paths are samples of a render of another seed.
 const PILOT_SEED: u32 = 0x9e37_79b9;
 
@@ -151,20 +154,19 @@ fn receiving_boxes(geometry: &Geometry, materials: &Materials, world: &World) ->
             !materials.is_black(MaterialId(shape.material))
         }
     };
-    let of_shapes = |ids: &[ShapeId]| -> Vec<(Vec3, Vec3)> {
-        ids.iter().filter(|id| receives(id)).filter_map(|&id| geometry.shape_bounds(id)).collect()
+    let of_shapes = |ids: &[ShapeId]| -> Vec<(u64, (Vec3, Vec3))> {
+        let receiving = ids.iter().filter(|id| receives(id));
+        receiving.filter_map(|&id| Some((u64::from(id.0), geometry.shape_bounds(id)?))).collect()
     };
-    let shapes = of_shapes(&geometry.top_level);
     let prototypes: Vec<_> = geometry
         .prototypes
         .iter()
-        .map(|prototype| of_shapes(&prototype.shapes).into_iter().reduce(crate::geometry::extent::union))
+        .map(|prototype| of_shapes(&prototype.shapes).into_iter().map(|(_, bounds)| bounds).reduce(union))
         .collect();
-    let instances = geometry.instances.iter().filter_map(|instance| {
+    let instances = geometry.instances.iter().enumerate().filter_map(|(id, instance)| {
         let (low, high) = prototypes[instance.prototype as usize]?;
-        Some(instance.transform.bounds(low, high))
+        Some((FIRST_INSTANCE + id as u64, instance.transform.bounds(low, high)))
     });
-    let numbered = |first: u64| move |(number, corners)| ReceivingBox { number: first + number as u64, corners };
-    let shapes = shapes.into_iter().enumerate().map(numbered(0));
-    shapes.chain(instances.enumerate().map(numbered(1 << 32))).collect()
+    let all = of_shapes(&geometry.top_level).into_iter().chain(instances);
+    all.map(|(number, corners)| ReceivingBox { number, corners }).collect()
 }

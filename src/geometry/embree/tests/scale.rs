@@ -7,6 +7,7 @@ use super::boundaries::unit_sphere;
 use super::*;
 use crate::geometry::BoundaryCrossing;
 use crate::geometry::curve::{CurveKind, Curves};
+use crate::geometry::embree::boxes::Boxes;
 use crate::geometry::embree::scale::{Scale, Scales};
 use crate::geometry::shape::Sphere;
 
@@ -125,13 +126,14 @@ fn rays_from_a_boundary_cross_it_at_any_size() {
 #[test]
 fn ordinary_scenes_keep_their_units() {
     for by in [0.01, 1.0, 1e10] {
-        let scales = Scales::new(&made(by, by));
+        let scales = Scales::new(&Boxes::new(&made(by, by)));
         assert_eq!((scales.render, scales.prototypes.as_slice()), (Scale::ONE, [Scale::ONE].as_slice()));
     }
     // Neither what has no size nor what Embree leaves out decides on units.
     let point = |at: Vec3| TriangleMesh { positions: vec![at; 3], indices: vec![[0, 1, 2]], ..TriangleMesh::default() };
     let scale = |points: &[Vec3]| {
-        Scales::new(&top_level(points.iter().map(|&p| shape(ShapeKind::Triangles(point(p)))).collect())).render
+        Scales::new(&Boxes::new(&top_level(points.iter().map(|&p| shape(ShapeKind::Triangles(point(p)))).collect())))
+            .render
     };
     for points in [&[][..], &[Vec3::ZERO], &[Vec3::ONE, Vec3::splat(1e30)], &[Vec3::ONE, Vec3::NAN]] {
         assert_eq!(scale(points), Scale::ONE, "{points:?}");

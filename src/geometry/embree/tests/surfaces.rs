@@ -18,7 +18,7 @@ fn random_triangles(random: &mut Random, count: u32, size: f32) -> TriangleMesh 
     mesh
 }
 
-fn sphere(to_shape: Affine3A) -> Sphere {
+pub(super) fn sphere(to_shape: Affine3A) -> Sphere {
     Sphere {
         radius: 0.7,
         z_min: -0.5,
@@ -244,7 +244,10 @@ fn empty_and_flattened_things_are_left_out() {
 fn vertex_numbers_out_of_range_are_an_error() {
     let mut mesh = box_mesh(-Vec3::ONE, Vec3::ONE);
     mesh.indices.push([0, 1, 8]);
-    let built = EmbreeTracer::build(top_level(vec![shape(ShapeKind::Triangles(mesh))]), None);
+    // With something that may be apart.
+    let shapes =
+        vec![shape(ShapeKind::Triangles(mesh)), shape(ShapeKind::Disk(disk(Affine3A::from_scale(Vec3::splat(0.1)))))];
+    let built = EmbreeTracer::build(top_level(shapes), None);
     assert!(matches!(built, Err(TraceError::Library(message)) if message.contains("vertex number 8 of 8")));
 }
 
