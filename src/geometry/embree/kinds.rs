@@ -63,6 +63,7 @@ impl Members<'_> {
         self.have(Kind::Instances) || self.have(Kind::Moving)
     }
 
+    /// Whether they are the boundaries of media.
     pub fn are_boundaries(self) -> bool {
         self == Self::Boundaries
     }
