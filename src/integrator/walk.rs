@@ -75,22 +75,31 @@ impl Walk {
 }
 
 /// The regions where a camera ray starts: those of the camera's first position, taken along to where a moving camera or a
-/// lens has put the ray. Only boundaries count on that way, not surfaces that separate media, and boundaries count as they stand at the
-/// ray's time.
+/// lens has put the ray. `regions` are none yet.
 #[inline]
 pub(super) fn camera_regions(world: &World, ray: &Ray, regions: &mut Regions, scratch: &mut Scratch) {
-    regions.copy_from(&world.camera_regions);
+    if !world.camera_regions.are_none() {
+        regions.copy_from(&world.camera_regions);
+    }
+    if ray.origin != Vec3::ZERO {
+        take_along(world, ray, regions, scratch);
+    }
+}
+
+/// Takes the regions of the camera's first position along to where `ray` starts. Only boundaries count on that way, not surfaces that separate media, and
+/// boundaries count as they stand at the ray's time.
+#[inline(never)]
+fn take_along(world: &World, ray: &Ray, regions: &mut Regions, scratch: &mut Scratch) {
     let distance = ray.origin.length();
-    if distance > 0.0 {
-        let way = Ray { origin: Vec3::ZERO, direction: ray.origin / distance, t_max: distance, ..*ray };
-        if !world.tracer.may_cross(&way) {
-            return;
-        }
-        world.tracer.boundaries(&way, &mut scratch.crossings);
-        scratch.counters.boundary_rays += 1;
-        for crossing in &scratch.crossings {
-            let fits = world.cross(regions, crossing.shape, crossing.instance, crossing.entering);
-            scratch.counters.region_overflows += u64::from(!fits);
-        }
+    let way = Ray { origin: Vec3::ZERO, direction: ray.origin / distance, t_max: distance, ..*ray };
+    // Not above 0 where the squares underflow.
+    if distance <= 0.0 || !world.tracer.may_cross(&way) {
+        return;
+    }
+    world.tracer.boundaries(&way, &mut scratch.crossings);
+    scratch.counters.boundary_rays += 1;
+    for crossing in &scratch.crossings {
+        let fits = world.cross(regions, crossing.shape, crossing.instance, crossing.entering);
+        scratch.counters.region_overflows += u64::from(!fits);
     }
 }

@@ -61,6 +61,12 @@ impl Regions {
         self.media.clone_from(&other.media);
     }
 
+    /// Whether this is outside every region, with no medium around the scene.
+    #[inline]
+    pub fn are_none(&self) -> bool {
+        self.ambient.is_none() && self.regions.is_empty()
+    }
+
     /// The medium that surrounds the whole scene.
     pub fn ambient(&self) -> Option<MediumId> {
         self.ambient
