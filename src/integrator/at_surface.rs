@@ -16,7 +16,7 @@ use crate::math::sampler::{Dimension, SamplePoint};
 
 /// Adds what the surface emits and what light it scatters, and scatters the path; false where it is over.
 #[inline]
-pub(super) fn at_surface<const MEDIA: bool>(
+pub(super) fn at_surface(
     world: &World,
     settings: &PathSettings,
     walk: &mut Walk,
@@ -30,10 +30,9 @@ pub(super) fn at_surface<const MEDIA: bool>(
     let wo = -ray.direction;
     let mut point = world.geometry.surface_point(&ray, hit);
     let shape = &world.geometry.shapes[hit.shape.0 as usize];
-    if MEDIA {
+    if shape.medium_interface.is_some() {
         // Whatever rounding did on the way: now it is known which side of this surface the path is on.
-        let fits = world.cross(&mut walk.path.regions, hit.shape, hit.instance, wo.dot(point.ng) < 0.0);
-        scratch.counters.region_overflows += u64::from(!fits);
+        walk.cross(world, &point, wo.dot(point.ng) < 0.0, scratch);
     }
     if let Some(light) = shape.light.map(LightId) {
         let radiance = world.lights.emitted(light, point.ng, wo, point.uv);
@@ -88,7 +87,7 @@ pub(super) fn at_surface<const MEDIA: bool>(
     if !bsdf.is_specular() {
         let (vertex, path) = (Vertex::Surface { point: &point, bsdf: &bsdf }, &walk.path);
         let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path, depth, random, index };
-        layers.add(direct.gather::<MEDIA>(scratch), depth, false);
+        layers.add(direct.gather(scratch), depth, false);
     }
 
     let [u_lobe, u0, u1, u_roulette] = random.draw::<4>(index, Dimension::Scatter);
@@ -109,11 +108,9 @@ pub(super) fn at_surface<const MEDIA: bool>(
     if let Some(differentials) = &mut walk.differentials {
         bend(differentials, world, &ray, hit, &point, &sample, pdf);
     }
-    if MEDIA {
+    if shape.medium_interface.is_some() {
         // By the geometric normal: with shading normals a reflection may go through, a transmission may stay.
-        let is_inwards = sample.wi.dot(point.ng) < 0.0;
-        let fits = world.cross(&mut walk.path.regions, point.shape, point.instance, is_inwards);
-        scratch.counters.region_overflows += u64::from(!fits);
+        walk.cross(world, &point, sample.wi.dot(point.ng) < 0.0, scratch);
     }
     let vertex = Vertex::Surface { point: &point, bsdf: &bsdf };
     walk.ray = Ray { origin: vertex.ray_origin(sample.wi), direction: sample.wi, t_max: f32::INFINITY, ..ray };

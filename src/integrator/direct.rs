@@ -142,10 +142,9 @@ impl DirectLight<'_> {
     /// The light that reaches the vertex straight from the lights and leaves along `wo`, times the path's weight. Leaves the
     /// choice prepared for this vertex, so that the next hit can ask for the pmf of the light it meets.
     //
-    // Always inlined: the compiler does so by itself only where there is but one call, so that a scene with a fog somewhere took 5 % longer (in `lamp`; release
-    // builds without the libraries in one piece).
+    // Always inlined where a path meets a surface: the compiler does so by itself only where there is but one call.
     #[inline(always)]
-    pub fn gather<const MEDIA: bool>(&self, scratch: &mut Scratch) -> Rgb {
+    pub fn gather(&self, scratch: &mut Scratch) -> Rgb {
         self.prepare(scratch);
         let choice = &self.world.light_choice;
         let mut gathered = Rgb::BLACK;
@@ -153,13 +152,19 @@ impl DirectLight<'_> {
         for [attempt, draw] in (0..self.settings.tries).flat_map(|attempt| (0..draws).map(move |draw| [attempt, draw]))
         {
             if let Some((candidate, weight)) = self.choose(draw, attempt * draws + draw, scratch) {
-                let brought = self.connect::<MEDIA>(&candidate, scratch) * weight;
+                let brought = self.connect(&candidate, scratch) * weight;
                 gathered += brought;
                 let Drawn { light, pmf, .. } = candidate.drawn;
                 scratch.note(|| Event::Light { index: self.index, light, pmf, brought });
             }
         }
         gathered
+    }
+
+    /// [`Self::gather`], from wherever light is gathered in a medium.
+    #[inline(never)]
+    pub fn gather_in_medium(&self, scratch: &mut Scratch) -> Rgb {
+        self.gather(scratch)
     }
 
     /// Prepares the choice for this vertex.
@@ -259,7 +264,7 @@ impl DirectLight<'_> {
 
     /// What arrives from a candidate, by one shadow ray.
     #[inline]
-    fn connect<const MEDIA: bool>(&self, candidate: &Candidate, scratch: &mut Scratch) -> Rgb {
+    fn connect(&self, candidate: &Candidate, scratch: &mut Scratch) -> Rgb {
         let Self { world, ref vertex, path, random, index, .. } = *self;
         let Candidate { drawn, sample, f, scatter_pdf, light_pdf, .. } = candidate;
         let origin = vertex.ray_origin(sample.wi);
@@ -276,7 +281,7 @@ impl DirectLight<'_> {
             scratch.counters.shadow_rays_blocked += 1;
             return Rgb::BLACK;
         }
-        let passed = if MEDIA { self.transmittance(&ray, sample.wi, scratch) } else { Transmittance::CLEAR };
+        let passed = self.transmittance(&ray, sample.wi, scratch);
 
         let weight = &path.weight;
         let light_pdf = weight.light * *light_pdf;

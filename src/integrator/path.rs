@@ -64,9 +64,10 @@ pub type CameraRay = (Ray, Option<RayDifferentials>);
 
 /// The radiance that arrives along a ray from a camera, as one unbiased sample, sorted into layers. `seen` is told what of it surfaces and environments
 /// shine straight into the camera, and answers with another unbiased sample of that, which the result has in its place.
-///
-/// `MEDIA` is whether the world has any: without, the code for them is not there.
-pub fn trace_path<const MEDIA: bool>(
+//
+// Scenes without media have no code of their own: they answer a handful of tests along a path. Compiled for both they were slower, both of them (`lamp`, release
+// builds: 1.04 times the processor time without media, and with a fog that no ray meets 1.02 times that of none, in place of 1.003).
+pub fn trace_path(
     world: &World,
     settings: &PathSettings,
     start: CameraRay,
@@ -78,21 +79,17 @@ pub fn trace_path<const MEDIA: bool>(
     world.light_choice.begin_path(&mut scratch.lights);
     scratch.in_scatter.begin_path();
     let mut walk = Walk::new(start);
-    if MEDIA {
-        camera_regions(world, &walk.ray, &mut walk.path.regions, scratch);
-    }
+    camera_regions(world, &walk.ray, &mut walk.path.regions, scratch);
     let mut layers = Layers::new();
-    go_on::<MEDIA>(world, settings, &mut walk, random, scratch, &mut layers);
-    if MEDIA {
-        scratch.in_scatter.glow = layers.glow;
-    }
+    go_on(world, settings, &mut walk, random, scratch, &mut layers);
+    scratch.in_scatter.glow = layers.glow;
     let seen = seen(layers.seen, scratch);
     scratch.note(|| Event::Seen { brought: seen });
     layers.whole(seen)
 }
 
 /// Goes on along a path until it ends, and adds what it meets to `layers`.
-pub(super) fn go_on<const MEDIA: bool>(
+pub(super) fn go_on(
     world: &World,
     settings: &PathSettings,
     walk: &mut Walk,
@@ -106,22 +103,20 @@ pub(super) fn go_on<const MEDIA: bool>(
         scratch.counters.closest_rays += 1;
         let hit = world.tracer.closest(&walk.ray);
 
-        if MEDIA {
-            walk.ray.t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
-            if is_near_media(world, walk, scratch) {
-                match through_media(world, settings, walk, random, scratch, layers) {
-                    Passage::Ended => break,
-                    Passage::Scattered => {
-                        walk.index += 1;
-                        continue;
-                    }
-                    Passage::Through => {}
+        walk.ray.t_max = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+        if is_near_media(world, walk, scratch) {
+            match through_media(world, settings, walk, random, scratch, layers) {
+                Passage::Ended => break,
+                Passage::Scattered => {
+                    walk.index += 1;
+                    continue;
                 }
+                Passage::Through => {}
             }
         }
 
         let goes_on = match hit {
-            Some(hit) => at_surface::<MEDIA>(world, settings, walk, &hit, random, scratch, layers),
+            Some(hit) => at_surface(world, settings, walk, &hit, random, scratch, layers),
             None => {
                 escape(world, walk, scratch, layers);
                 false

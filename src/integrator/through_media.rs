@@ -133,7 +133,7 @@ fn scatter(
         direct.prepare(scratch);
     } else {
         let before = scratch.counters.work();
-        let gathered = direct.gather::<true>(scratch);
+        let gathered = direct.gather_in_medium(scratch);
         layers.add(gathered, depth, false);
         if let Some(vertex) = walk.mixed.as_mut().filter(|_| began_with.is_some()) {
             vertex.light = gathered;

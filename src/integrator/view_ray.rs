@@ -15,13 +15,13 @@ use crate::medium::regions::Regions;
 
 /// The radiance of what `ray`, from a camera, meets first, as one unbiased sample. Transmittance is estimated by ratio tracking, which is noisier
 /// the denser the media are but less so than whether a path's flight gets through.
-pub fn seen<const MEDIA: bool>(world: &World, mut ray: Ray, random: &SamplePoint, scratch: &mut Scratch) -> Rgb {
+pub fn seen(world: &World, mut ray: Ray, random: &SamplePoint, scratch: &mut Scratch) -> Rgb {
     ray.opacity_seed = random.hash(1, Dimension::Opacity);
     scratch.counters.closest_rays += 1;
     scratch.counters.view_rays += 1;
     let hit = world.tracer.closest(&ray);
     let radiance = radiance(world, &ray, hit.as_ref());
-    if !MEDIA || radiance.is_black() {
+    if radiance.is_black() {
         return radiance;
     }
     ray.t_max = hit.map_or(f32::INFINITY, |hit| hit.t);

@@ -7,8 +7,8 @@ use super::flight::{PathState, PathWeight};
 use super::in_scatter::alternatives::OwnVertex;
 use super::path::{CameraRay, Scratch};
 use super::world::World;
-use crate::geometry::Ray;
 use crate::geometry::differentials::RayDifferentials;
+use crate::geometry::{Ray, SurfacePoint};
 use crate::light::LightId;
 use crate::math::Rgb;
 use crate::medium::regions::Regions;
@@ -55,6 +55,12 @@ impl Walk {
         } else {
             path.weight.alone()
         }
+    }
+
+    /// Goes through the surface at `point`, to its inside or out of it.
+    pub fn cross(&mut self, world: &World, point: &SurfacePoint, is_inwards: bool, scratch: &mut Scratch) {
+        let fits = world.cross(&mut self.path.regions, point.shape, point.instance, is_inwards);
+        scratch.counters.region_overflows += u64::from(!fits);
     }
 
     /// Unbiased Russian roulette (Arvo & Kirk 1990): from the second bounce on, a path that would count less than 1 goes on with that

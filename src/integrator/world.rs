@@ -59,7 +59,7 @@ impl World {
         !self.lights.infinite().is_empty() || self.geometry.shapes.iter().any(|shape| shape.light.is_some())
     }
 
-    /// Whether any path can be in a medium. Scenes without never run the code for media.
+    /// Whether any path can be in a medium.
     pub fn has_media(&self) -> bool {
         !self.media.is_empty()
     }

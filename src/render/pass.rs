@@ -106,7 +106,6 @@ impl Pass<'_> {
 
     /// Renders all tiles that have not `ended`, or as many as it comes to.
     pub fn run(&self, film: &mut Film, guides: &mut Guides, ended: &mut [bool]) -> Counters {
-        let media = self.job.world.has_media();
         film.tiles_mut()
             .par_iter_mut()
             .zip(guides.tiles_mut())
@@ -119,11 +118,7 @@ impl Pass<'_> {
                 scratch.counters = Counters::default();
                 self.begin_tile(tile, &mut guides, scratch);
                 for pixel in tile.bounds().pixels() {
-                    let samples = if media {
-                        self.pixel::<true>(tile, pixel, &mut guides, scratch)
-                    } else {
-                        self.pixel::<false>(tile, pixel, &mut guides, scratch)
-                    };
+                    let samples = self.pixel(tile, pixel, &mut guides, scratch);
                     tile.merge(pixel, &samples);
                 }
                 *ended = !is_cut();
@@ -177,7 +172,7 @@ impl Pass<'_> {
 
     /// One sample of a pixel, and what it counts there: 1 unless the filter has negative lobes.
     #[inline]
-    pub fn sample<const MEDIA: bool>(
+    pub fn sample(
         &self,
         pixel: [u32; 2],
         sample: u32,
@@ -194,13 +189,13 @@ impl Pass<'_> {
                 return seen;
             }
             // The weight of all that the path brings is still to come.
-            self.split::<MEDIA>(pixel, sample, splitting, seen * weight, scratch) * weight.recip()
+            self.split(pixel, sample, splitting, seen * weight, scratch) * weight.recip()
         };
         let differentials = job.texture_share.map(|share| {
             RayDifferentials::of_camera(&job.camera, &ray, camera.film, camera.lens, camera.u_time, share)
         });
         let camera_ray = (ray, differentials);
-        let mut result = trace_path::<MEDIA>(&job.world, &job.path, camera_ray, &random, scratch, seen);
+        let mut result = trace_path(&job.world, &job.path, camera_ray, &random, scratch, seen);
         let surface = job.film.gbuffer.zip(result.surface);
         result.surface = surface.map(|(coordinates, surface)| job.in_coordinates(coordinates, &surface, &ray, &camera));
         if sample == job.first_sample && result.emission.is_black() {
@@ -211,7 +206,7 @@ impl Pass<'_> {
 
     /// What shines straight into the camera and counts in the pixel, by what a path's own camera ray has seen and as many others as `splitting` asks
     /// for. Those of a pixel are points of one sequence in a pass.
-    fn split<const MEDIA: bool>(
+    fn split(
         &self,
         pixel: [u32; 2],
         sample: u32,
@@ -228,7 +223,7 @@ impl Pass<'_> {
             let sample = first.wrapping_add(number);
             let random = self.point(SampleId { seed, pixel, sample });
             let (ray, CameraSample { weight, .. }) = self.camera_ray(pixel, &random);
-            let seen = view_ray::seen::<MEDIA>(&self.job.world, ray, &random, scratch);
+            let seen = view_ray::seen(&self.job.world, ray, &random, scratch);
             if self.is_first() {
                 splitting.saw(seen);
             }
@@ -238,7 +233,7 @@ impl Pass<'_> {
     }
 
     /// One pixel.
-    pub fn pixel<const MEDIA: bool>(
+    pub fn pixel(
         &self,
         tile: &FilmTile,
         pixel: [u32; 2],
@@ -246,24 +241,24 @@ impl Pass<'_> {
         scratch: &mut Scratch,
     ) -> PixelSamples {
         let mut evidence = PixelEvidence::default();
-        let before = if MEDIA { scratch.counters.work() } else { 0 };
-        let mut splitting = self.begin_pixel::<MEDIA>(tile, pixel, guides, scratch);
+        let before = scratch.counters.work();
+        let mut splitting = self.begin_pixel(tile, pixel, guides, scratch);
         let mut samples = PixelSamples::new(self.job.film.sensor);
         for sample in self.step.clone() {
             // A pass of a long render may take minutes a tile: stopping must not wait for it.
             if self.interrupt.load(Ordering::Relaxed) {
                 break;
             }
-            let (result, weight) = self.sample::<MEDIA>(pixel, sample, &mut splitting, scratch);
+            let (result, weight) = self.sample(pixel, sample, &mut splitting, scratch);
             samples.add_weighted(sample, &result, weight);
-            if MEDIA && scratch.in_scatter.is_on() {
+            if scratch.in_scatter.is_on() {
                 evidence.add(&result, scratch);
             }
         }
         if let Some(tile_splitting) = &mut guides.splitting {
             tile_splitting.add(tile.bounds().index(pixel), &splitting);
         }
-        if MEDIA && scratch.in_scatter.is_on() {
+        if scratch.in_scatter.is_on() {
             guides.mix.add(&evidence, tile.level(pixel));
             guides.mix.add_work(scratch.counters.work() - before, scratch.in_scatter.work);
         }
@@ -272,17 +267,15 @@ impl Pass<'_> {
 
     /// What the pixel's samples go by.
     #[inline]
-    pub fn begin_pixel<const MEDIA: bool>(
+    pub fn begin_pixel(
         &self,
         tile: &FilmTile,
         pixel: [u32; 2],
         guides: &TileGuides<'_>,
         scratch: &mut Scratch,
     ) -> PixelSplitting {
-        if MEDIA {
-            let (count, mix) = guides.mix.way_at(pixel);
-            scratch.in_scatter.begin_pixel(count, mix);
-        }
+        let (count, mix) = guides.mix.way_at(pixel);
+        scratch.in_scatter.begin_pixel(count, mix);
         let splitting = guides.splitting.as_ref();
         splitting.map_or(PixelSplitting::default(), |splitting| splitting.pixel(tile.bounds().index(pixel)))
     }

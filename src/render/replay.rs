@@ -124,13 +124,7 @@ impl Job {
         let (result, record) = tiles
             .into_iter()
             .find(|(tile, _)| tile.bounds().contains(sample.pixel))
-            .map(|(tile, guides)| {
-                if context.job.world.has_media() {
-                    context.replay::<true>(tile, guides, sample)
-                } else {
-                    context.replay::<false>(tile, guides, sample)
-                }
-            })
+            .map(|(tile, guides)| context.replay(tile, guides, sample))
             .ok_or(ReplayError::Pixel(x, y))?;
         Ok(Replay { sample, first, passes, result, record, origin: self.origin })
     }
@@ -153,26 +147,26 @@ fn passes_up_to(sample: u32, stated: &[u32]) -> (Vec<u32>, u32) {
 
 impl Pass<'_> {
     /// One of the pass's samples, after all rays of the tile that may have a say in it.
-    fn replay<const MEDIA: bool>(
+    fn replay(
         &self,
         tile: &FilmTile,
         mut guides: TileGuides<'_>,
         RejectedSample { pixel, sample }: RejectedSample,
     ) -> (SampleResult, PathRecord) {
         let mut scratch = Scratch::default();
-        let shares = MEDIA && guides.mix.draws();
+        let shares = guides.mix.draws();
         if shares {
             self.begin_tile(tile, &mut guides, &mut scratch);
             for before in tile.bounds().pixels().take_while(|before| *before != pixel) {
-                self.pixel::<MEDIA>(tile, before, &mut guides, &mut scratch);
+                self.pixel(tile, before, &mut guides, &mut scratch);
             }
         }
-        let mut splitting = self.begin_pixel::<MEDIA>(tile, pixel, &guides, &mut scratch);
+        let mut splitting = self.begin_pixel(tile, pixel, &guides, &mut scratch);
         for before in self.step.start..if shares { sample } else { self.step.start } {
-            self.sample::<MEDIA>(pixel, before, &mut splitting, &mut scratch);
+            self.sample(pixel, before, &mut splitting, &mut scratch);
         }
         scratch.record = Some(Box::default());
-        let (result, _) = self.sample::<MEDIA>(pixel, sample, &mut splitting, &mut scratch);
+        let (result, _) = self.sample(pixel, sample, &mut splitting, &mut scratch);
         (result, scratch.record.map(|record| *record).unwrap_or_default())
     }
 }

@@ -132,7 +132,7 @@ impl Point<'_> {
         let Self { world, settings, start: Walk { ray, depth, .. }, random, index, .. } = *self;
         let (vertex, wo, depth) = (Vertex::Medium(vertex), -ray.direction, depth + 1);
         let direct = DirectLight { world, settings, vertex, wo, time: ray.time, path, depth, random, index };
-        direct.gather::<true>(scratch)
+        direct.gather_in_medium(scratch)
     }
 
     /// What a path brings that goes on from `vertex`.
@@ -159,7 +159,7 @@ impl Point<'_> {
             mixed: None,
         };
         let mut layers = Layers { first: Some(FirstVertex::Medium), ..Layers::default() };
-        go_on::<true>(self.world, self.settings, &mut start, self.random, scratch, &mut layers);
+        go_on(self.world, self.settings, &mut start, self.random, scratch, &mut layers);
         layers.result.beauty
     }
 }

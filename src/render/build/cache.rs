@@ -130,11 +130,7 @@ impl CacheBuilder<'_> {
         let most = if self.on_camera_rays { 1 } else { u32::MAX };
         let path = PathSettings { max_depth: path.max_depth.min(most), ..*path };
         let own = |seen, _: &mut Scratch| seen;
-        if world.has_media() {
-            trace_path::<true>(world, &path, ray, &random, scratch, own);
-        } else {
-            trace_path::<false>(world, &path, ray, &random, scratch, own);
-        }
+        trace_path(world, &path, ray, &random, scratch, own);
     }
 }
 
