@@ -28,7 +28,15 @@ pub(super) enum FogGlow {
 
 impl FogGlow {
     /// For the stretch of `ray` from `t_start` to `t_end` through `media`.
-    pub fn new(world: &World, media: &[MediumId], ray: &Ray, [t_start, t_end]: [f32; 2], stream: &mut Stream) -> Self {
+    #[inline]
+    pub fn new(world: &World, media: &[MediumId], ray: &Ray, stretch: [f32; 2], stream: &mut Stream) -> Self {
+        let glows = |id| matches!(world.medium(id), Medium::Homogeneous(medium) if !medium.point.emission.is_black());
+        if media.iter().any(|&id| glows(id)) { Self::of(world, media, ray, stretch, stream) } else { Self::Gathered }
+    }
+
+    /// The same, where some of the media glow.
+    #[inline(never)]
+    fn of(world: &World, media: &[MediumId], ray: &Ray, [t_start, t_end]: [f32; 2], stream: &mut Stream) -> Self {
         let (mut extinction, mut emission, mut grids) = (Rgb::BLACK, Rgb::BLACK, false);
         for &id in media {
             match world.medium(id) {

@@ -12,6 +12,7 @@ use super::volume_light::FlightPdfs;
 use super::walk::Walk;
 use super::world::World;
 use crate::geometry::Ray;
+use crate::geometry::extent::within;
 use crate::math::Rgb;
 use crate::math::sampler::{Dimension, SamplePoint};
 
@@ -56,7 +57,7 @@ pub(super) fn through_media(
         layers.add_scattered(scattered, depth + 1);
     }
     let Walk { ref ray, ref mut path, sampled_from, .. } = *walk;
-    let mut grids_glow = world.fires.is_some() && depth < settings.max_depth;
+    let mut grids_glow = depth < settings.max_depth && world.fires.is_some_and(|fires| within(ray, fires).is_some());
     if grids_glow && sampled_from.is_none() {
         // Nothing else finds what emits along this ray.
         let mut stream = random.stream(index, Dimension::Glow);

@@ -19,9 +19,9 @@ use crate::system::memory::available;
 
 /// Rounds where nothing is said.
 const LEAST: u32 = 3;
-const MOST: u32 = 12;
+const MOST: u32 = 20;
 /// Processor seconds that a render of the scene as it is takes, without getting ready.
-const SECONDS: f64 = 1.0;
+const SECONDS: f64 = 2.0;
 /// Samples a pixel of the render that tells how many that makes; volumes learn from the first four.
 const PILOT: u32 = 8;
 /// Pixels where nothing is said: few, since cache points are built for each.
