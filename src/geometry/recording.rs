@@ -47,6 +47,11 @@ impl RecordingTracer {
         self.inner.occluded(ray)
     }
 
+    /// See [`Tracer::may_cross`].
+    pub fn may_cross(&self, ray: &Ray) -> bool {
+        self.inner.may_cross(ray)
+    }
+
     /// See [`Tracer::boundaries`].
     pub fn boundaries(&self, ray: &Ray, crossings: &mut Vec<BoundaryCrossing>) {
         self.inner.boundaries(ray, crossings);

@@ -204,7 +204,7 @@ impl Tracer {
             #[cfg(feature = "embree")]
             Self::Embree(tracer) => tracer.may_cross(ray),
             Self::Native(tracer) => tracer.may_cross(ray),
-            Self::Recording(_) => true,
+            Self::Recording(tracer) => tracer.may_cross(ray),
         }
     }
 

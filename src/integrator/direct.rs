@@ -341,7 +341,9 @@ impl DirectLight<'_> {
         let Self { world, wo, path, .. } = *self;
         match &self.vertex {
             // Light from behind a surface that separates media arrives through the medium there.
-            Vertex::Surface { point, .. } if (wi.dot(point.ng) < 0.0) != (wo.dot(point.ng) < 0.0) => {
+            Vertex::Surface { point, .. }
+                if world.transition(point.shape).is_some() && (wi.dot(point.ng) < 0.0) != (wo.dot(point.ng) < 0.0) =>
+            {
                 let mut regions = path.regions.clone();
                 let fits = world.cross(&mut regions, point.shape, point.instance, wi.dot(point.ng) < 0.0);
                 scratch.counters.region_overflows += u64::from(!fits);

@@ -166,7 +166,7 @@ fn sample_stretch(
         }
     }
     let Ray { origin, direction, .. } = *ray;
-    let glows = if grids_glow && world.fires.is_some() { regions.media() } else { &[] };
+    let glows = if grids_glow { regions.media() } else { &[] };
     let (mut walks, mut flights) = (PointWalks::new(), Flights::new());
     let mut points = EmissionPoints::new(&mut walks, &world.media, glows, ray, stretch, || stream.next_f32());
     let mut tracker = Tracker::new(&mut flights, &world.media, regions.media(), origin, direction, stretch, stream);

@@ -25,7 +25,6 @@ use arrayvec::ArrayVec;
 
 use super::counters::Counters;
 use super::path::Scratch;
-use super::volume_light::end_of;
 use super::world::World;
 use crate::geometry::Ray;
 use crate::math::Rgb;
@@ -49,8 +48,8 @@ const ROULETTE_BELOW: f32 = 0.01;
 /// The probability of going on then.
 const ROULETTE_SURVIVAL: f32 = 0.25;
 
-/// The radiance that grids emit towards the origin of `ray`, which ends at a surface and starts in `regions`. `u` is where the points of the first fire
-/// lie.
+/// The radiance that grids emit towards the origin of `ray`, which starts in `regions` and ends at a surface or where nothing emits beyond. `u` is where
+/// the points of the first fire lie.
 pub(super) fn gather(
     world: &World,
     ray: &Ray,
@@ -59,12 +58,10 @@ pub(super) fn gather(
     stream: &mut Stream,
     scratch: &mut Scratch,
 ) -> Rgb {
-    let Some(end) = world.fires.and_then(|fires| end_of(Some(fires), ray)) else { return Rgb::BLACK };
-    let ray = Ray { t_max: end, ..*ray };
     let mut crossings = std::mem::take(&mut scratch.crossings);
-    world.tracer.boundaries(&ray, &mut crossings);
+    world.tracer.boundaries(ray, &mut crossings);
     scratch.counters.boundary_rays += 1;
-    let mut line = Line { world, ray: &ray, passed: Rgb::WHITE, gathered: Rgb::BLACK, u: Some(u) };
+    let mut line = Line { world, ray, passed: Rgb::WHITE, gathered: Rgb::BLACK, u: Some(u) };
     let mut regions = std::borrow::Cow::Borrowed(regions);
     let mut t_start = 0.0;
     for i in 0..=crossings.len() {

@@ -65,7 +65,7 @@ pub type CameraRay = (Ray, Option<RayDifferentials>);
 /// The radiance that arrives along a ray from a camera, as one unbiased sample, sorted into layers. `seen` is told what of it surfaces and environments
 /// shine straight into the camera, and answers with another unbiased sample of that, which the result has in its place.
 //
-// Scenes without media have no code of their own: they answer a handful of tests along a path. Compiled for both they were slower, both of them (`lamp`, release
+// Scenes without media have no code of their own: they answer a handful of tests along a path. With the path compiled once for each kind both were slower (`lamp`, release
 // builds: 1.04 times the processor time without media, and with a fog that no ray meets 1.02 times that of none, in place of 1.003).
 pub fn trace_path(
     world: &World,

@@ -57,12 +57,14 @@ pub(super) fn through_media(
         layers.add_scattered(scattered, depth + 1);
     }
     let Walk { ref ray, ref mut path, sampled_from, .. } = *walk;
-    let mut grids_glow = depth < settings.max_depth && world.fires.is_some_and(|fires| within(ray, fires).is_some());
-    if grids_glow && sampled_from.is_none() {
+    // Where the ray leaves what grids light up, if it comes there.
+    let fires = world.fires.filter(|_| depth < settings.max_depth).and_then(|fires| within(ray, fires));
+    let mut grids_glow = fires.is_some();
+    if let (Some([_, end]), None) = (fires, sampled_from) {
         // Nothing else finds what emits along this ray.
         let mut stream = random.stream(index, Dimension::Glow);
         let [u] = random.draw::<1>(index, Dimension::Glow);
-        let glow = glow_line::gather(world, ray, &path.regions, u, &mut stream, scratch);
+        let glow = glow_line::gather(world, &Ray { t_max: end, ..*ray }, &path.regions, u, &mut stream, scratch);
         layers.add(path.weight.alone() * glow, depth, true);
         grids_glow = false;
     }

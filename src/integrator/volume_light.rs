@@ -105,7 +105,7 @@ fn gather_stretch(
 }
 
 /// Where a ray has surely left a box, infinite without a box; `None` where it never meets it.
-pub(super) fn end_of(bounds: Option<(Vec3, Vec3)>, ray: &Ray) -> Option<f32> {
+fn end_of(bounds: Option<(Vec3, Vec3)>, ray: &Ray) -> Option<f32> {
     let Some(bounds) = bounds else { return Some(ray.t_max) };
     within(ray, bounds).map(|[_, leave]| leave)
 }

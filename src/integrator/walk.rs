@@ -57,7 +57,7 @@ impl Walk {
         }
     }
 
-    /// Goes through the surface at `point`, to its inside or out of it.
+    /// From here on the path is inside the surface at `point`, or outside of it.
     pub fn cross(&mut self, world: &World, point: &SurfacePoint, is_inwards: bool, scratch: &mut Scratch) {
         let fits = world.cross(&mut self.path.regions, point.shape, point.instance, is_inwards);
         scratch.counters.region_overflows += u64::from(!fits);
@@ -84,6 +84,7 @@ impl Walk {
 /// lens has put the ray. `regions` are none yet.
 #[inline]
 pub(super) fn camera_regions(world: &World, ray: &Ray, regions: &mut Regions, scratch: &mut Scratch) {
+    debug_assert!(regions.are_none(), "the path is nowhere yet");
     if !world.camera_regions.are_none() {
         regions.copy_from(&world.camera_regions);
     }
@@ -97,9 +98,12 @@ pub(super) fn camera_regions(world: &World, ray: &Ray, regions: &mut Regions, sc
 #[inline(never)]
 fn take_along(world: &World, ray: &Ray, regions: &mut Regions, scratch: &mut Scratch) {
     let distance = ray.origin.length();
+    // 0 where the squares underflow.
+    if !distance.is_normal() {
+        return;
+    }
     let way = Ray { origin: Vec3::ZERO, direction: ray.origin / distance, t_max: distance, ..*ray };
-    // Not above 0 where the squares underflow.
-    if distance <= 0.0 || !world.tracer.may_cross(&way) {
+    if !world.tracer.may_cross(&way) {
         return;
     }
     world.tracer.boundaries(&way, &mut scratch.crossings);

@@ -96,20 +96,6 @@ impl World {
     #[inline]
     #[must_use]
     pub fn cross(&self, regions: &mut Regions, shape: ShapeId, instance: Option<InstanceId>, entering: bool) -> bool {
-        // Most surfaces separate nothing.
-        self.geometry.shapes[shape.0 as usize].medium_interface.is_none()
-            || self.cross_interface(regions, shape, instance, entering)
-    }
-
-    /// The same, where the shape has an interface.
-    #[inline(never)]
-    fn cross_interface(
-        &self,
-        regions: &mut Regions,
-        shape: ShapeId,
-        instance: Option<InstanceId>,
-        entering: bool,
-    ) -> bool {
         self.transition(shape).is_none_or(|interface| regions.cross(shape, instance, interface, entering))
     }
 }

@@ -2,8 +2,11 @@
 
 #![cfg(feature = "embree")]
 
-use crate::common::{CUBE, Options, Shot, View, boundary, difference, image_mean, shuffled_grid};
-use lanternfish::geometry::Backend;
+use crate::common::{
+    CUBE, Options, Shot, View, boundary, difference, image_mean, prepare_text, render_job, shuffled_grid,
+};
+use lanternfish::geometry::recording::RecordingTracer;
+use lanternfish::geometry::{Backend, Tracer};
 
 fn compare(name: &str, shot: &Shot, world: &str) {
     let render = |backend| shot.render(world, &Options { spp: 64, backend, ..Options::default() });
@@ -61,4 +64,25 @@ fn quadrics_and_patches() {
          AttributeBegin Material \"diffuse\" Shape \"bilinearmesh\" \"point3 P\" [-0.4 -1 -1  0.4 -0.8 -1.2  -0.3 -0.2 -1  0.5 -0.3 -0.6] AttributeEnd\n"
     );
     compare("quadrics", &shot(), &world);
+}
+
+/// What a benchmark records is what a render does, in a scene without media and in one with a fog.
+#[test]
+fn a_recorder_changes_nothing() {
+    let lamp = "LightSource \"point\" \"point3 from\" [0 3 -2] Shape \"sphere\" \"float radius\" 0.5\n";
+    let fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.1 0.1 0.1]\n".to_owned()
+        + &boundary("fog", "", CUBE);
+    for world in [lamp.to_owned(), lamp.to_owned() + &fog] {
+        let text = shot().text(&world);
+        let options = Options::default();
+        let plain = render_job(&mut prepare_text(&text, &options), &options);
+        let mut job = prepare_text(&text, &options);
+        job.world.tracer = Tracer::Recording(Box::new(RecordingTracer::new(job.world.tracer)));
+        let recorded = render_job(&mut job, &options);
+        assert_eq!(recorded.counters, plain.counters);
+        assert_eq!(plain.counters.boundary_rays > 0, world.len() > lamp.len());
+        let Tracer::Recording(recorder) = job.world.tracer else { unreachable!("it was put there") };
+        let asked = recorder.finish().1.len() as u64;
+        assert_eq!(asked, plain.counters.closest_rays + plain.counters.shadow_rays);
+    }
 }
