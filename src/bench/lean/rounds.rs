@@ -19,9 +19,9 @@ use crate::system::memory::available;
 
 /// Rounds where nothing is said.
 const LEAST: u32 = 3;
-const MOST: u32 = 20;
+const MOST: u32 = 12;
 /// Processor seconds that a render of the scene as it is takes, without getting ready.
-const SECONDS: f64 = 2.0;
+const SECONDS: f64 = 1.0;
 /// Samples a pixel of the render that tells how many that makes; volumes learn from the first four.
 const PILOT: u32 = 8;
 /// Pixels where nothing is said: few, since cache points are built for each.
@@ -180,7 +180,7 @@ fn together(
 }
 
 /// Whether more rounds would hardly say more. It is asked after every round, so an interval half as wide again has to be clear of the limit. What costs just the
-/// limit is then found on either side of it with a probability of 5 % each, in place of 2.5 % of one look (simulated with normal ratios, 3 to 20 rounds).
+/// limit is then found on either side of it with a probability of 5 % each, in place of 2.5 % of one look (simulated with normal ratios, 3 to 12 rounds).
 fn is_enough(ratio: &Ratio, is_idle: bool) -> bool {
     let [low, high] = [ratio.low, ratio.high].map(|end| ratio.value * (end / ratio.value).powf(1.5));
     if is_idle { low > LIMIT || high <= LIMIT } else { high / low < 1.2 }
