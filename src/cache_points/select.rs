@@ -7,6 +7,7 @@ use arrayvec::ArrayVec;
 
 use super::CachePoints;
 use super::linked::Named;
+use super::scatter::ScatterWeights;
 use super::table::{List, range};
 use crate::light::tree::Way;
 use crate::light::{LightId, Lights, LinkSet, Receiver};
@@ -243,7 +244,7 @@ impl CachePoints {
     /// Tells what became of a shadow ray from `p` in a medium to a light that something else has chosen.
     #[inline]
     pub fn record_at(&self, lights: &Lights, p: glam::Vec3, light: LightId, is_visible: bool) {
-        if !self.learns() || !self.scatters() {
+        if !self.learns() || self.scatter.as_ref().is_none_or(ScatterWeights::knows_enough) {
             return;
         }
         let point = self.lookup.of(p);

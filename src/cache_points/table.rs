@@ -148,6 +148,11 @@ pub fn range(offsets: &[u32], point: u32) -> Range<usize> {
 }
 
 impl Table {
+    /// How often entries were tried, all together.
+    pub fn tries(&self) -> f64 {
+        self.counters.iter().map(|counter| f64::from(counter.get()[0])).sum()
+    }
+
     /// Whether its arrays belong together.
     pub fn is_whole(&self) -> bool {
         let entries = self.entries.len();

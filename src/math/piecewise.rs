@@ -47,19 +47,25 @@ impl PiecewiseLinear {
     /// The integral up to `t`.
     #[inline]
     pub fn integral(&self, t: f32) -> f64 {
-        self.at(f64::from(t)).1
+        let t = f64::from(t);
+        match self.knots.last() {
+            Some(last) if t >= last.t => last.sum,
+            _ => self.at(t).1,
+        }
     }
 
-    /// Where the integral is `target`: at least 0 and below that up to the last knot, else there may be no such place.
+    /// Where the integral is `target`, and the value there. `target` is at least 0 and below the integral up to the last knot, else there may be no such
+    /// place.
     #[inline]
-    pub fn inverse(&self, target: f64) -> Option<f32> {
+    pub fn inverse(&self, target: f64) -> Option<(f32, f64)> {
         let next = self.knots.partition_point(|k| k.sum <= target);
         let (a, b) = (self.knots.get(next.checked_sub(1)?)?, self.knots.get(next)?);
         // Root of value·s + slope·s²/2 = rest, in the form that does not cancel.
         let rest = target - a.sum;
         let slope = (b.value - a.value) / (b.t - a.t);
         let root = (a.value * a.value + 2.0 * slope * rest).max(0.0).sqrt();
-        Some((a.t + 2.0 * rest / (a.value + root)).min(b.t) as f32)
+        let t = (a.t + 2.0 * rest / (a.value + root)).min(b.t);
+        Some((t as f32, a.value + slope * (t - a.t)))
     }
 }
 
@@ -88,7 +94,8 @@ mod tests {
         let mut stream = Stream::from_seed(3);
         let n = 200_000;
         for _ in 0..n {
-            let t = density.inverse(f64::from(stream.next_f32()) * total).expect("there is density");
+            let (t, value) = density.inverse(f64::from(stream.next_f32()) * total).expect("there is density");
+            assert!((value - density.value(t)).abs() < 1e-5 * value, "{t}: {value}, not {}", density.value(t));
             counts[((f64::from(t) / width) as usize).min(bins as usize - 1)] += 1.0;
         }
         let steps = 500;

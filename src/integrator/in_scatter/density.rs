@@ -1,13 +1,14 @@
 //! The density that scattering points on a camera ray are drawn by. Source: Li et al. 2024, section 4.2 (p_select, piecewise linear).
 //!
-//! **Ours:** it is a sum. What cache points know is laid out once for many rays ([`super::layout`]): from one ray of a pixel to the next it hardly
-//! differs. Narrow beams do: a ray crosses them elsewhere, or not at all, so their part is each ray's own ([`super::beams`]). In place of both there
+//! **Ours:** it is a sum. What cache points know is laid out once for many rays ([`super::layout`], [`super::shared`]): from one ray of a pixel to the
+//! next it hardly differs. Narrow beams do: a ray crosses them elsewhere, or not at all, so their part is each ray's own ([`super::beams`]). In place of both there
 //! may be what [`super::equi_angular`] makes of the lights.
 
 use glam::Vec3;
 
 use super::beams::{KNOTS, each_crossing};
 use super::equi_angular::{EquiAngular, OfLights};
+use super::shared::Shared;
 use crate::cache_points::CachePoints;
 use crate::geometry::Ray;
 use crate::light::{LightId, Lights, Receiver};
@@ -38,9 +39,7 @@ struct BeamPart {
 #[derive(Debug, Default)]
 pub(super) struct RayDensity {
     /// Of cache points, for this ray and others.
-    pub shared: PiecewiseLinear,
-    /// Where its knots are; none where there are no beams.
-    pub places: Vec<Place>,
+    pub shared: Shared,
     /// Those of the ray itself are the first `crossed` of them; the others' memory waits for other rays.
     beams: Vec<BeamPart>,
     crossed: usize,
@@ -53,18 +52,12 @@ pub(super) struct RayDensity {
 }
 
 impl RayDensity {
-    /// Forgets the shared part.
-    pub fn clear(&mut self) {
-        self.shared.clear();
-        self.places.clear();
-    }
-
     /// From here on it is the density along `ray`. Returns how many beams the ray crosses.
     pub fn aim(&mut self, ray: &Ray, lights: &Lights, cache: &CachePoints) -> usize {
         (self.end, self.crossed) = (ray.t_max, 0);
-        let shared = self.shared.integral(ray.t_max);
+        let shared = self.shared.curve.integral(ray.t_max);
         let mut total = shared;
-        if let Some(last) = self.places.last() {
+        if let Some(last) = self.shared.places.last() {
             let inside = Ray { t_max: ray.t_max.min(last.t), ..*ray };
             each_crossing(lights, cache.beams(), &inside, |light, t| total += self.cross(ray, lights, cache, light, t));
         }
@@ -104,8 +97,9 @@ impl RayDensity {
 
     /// What is known at `t`.
     fn place(&self, t: f32) -> Place {
-        let next = self.places.partition_point(|place| place.t <= t).min(self.places.len() - 1);
-        let (a, b) = (self.places[next.saturating_sub(1)], self.places[next]);
+        let places = &self.shared.places;
+        let next = places.partition_point(|place| place.t <= t).min(places.len() - 1);
+        let (a, b) = (places[next.saturating_sub(1)], places[next]);
         let share = if b.t > a.t { ((t - a.t) / (b.t - a.t)).clamp(0.0, 1.0) } else { 0.0 };
         let nearest = if share < 0.5 { a } else { b };
         Place { t, strength: a.strength + share * (b.strength - a.strength), ..nearest }
@@ -121,7 +115,7 @@ impl RayDensity {
         let of_beam = |part: &BeamPart| if part.t[0] <= t && t <= part.t[1] { part.density.value(t) } else { 0.0 };
         let of_beams: f64 = self.beams[..self.crossed].iter().map(of_beam).sum();
         let of_lights = if total > without_lights { self.of_lights.value(t) } else { 0.0 };
-        ((self.shared.value(t) + of_beams + of_lights) / total) as f32
+        ((self.shared.curve.value(t) + of_beams + of_lights) / total) as f32
     }
 
     /// A point drawn by `u` in [0, 1), and its pdf. `None` where there is no density.
@@ -129,11 +123,16 @@ impl RayDensity {
     pub fn sample(&self, u: f64) -> Option<(f32, f32)> {
         let [shared, without_lights, total] = self.sums;
         let mut rest = u * total;
+        if shared == total {
+            let (t, value) = self.shared.curve.inverse(rest)?;
+            let pdf = (value / total) as f32;
+            return (pdf > 0.0 && pdf.is_finite()).then_some((t.min(self.end), pdf));
+        }
         let mut t = None;
         if rest < shared {
-            t = self.shared.inverse(rest);
+            t = self.shared.curve.inverse(rest);
         } else if rest >= without_lights {
-            t = self.of_lights.inverse(rest - without_lights);
+            t = self.of_lights.inverse(rest - without_lights).map(|t| (t, 0.0));
         } else {
             rest -= shared;
             for part in &self.beams[..self.crossed] {
@@ -145,7 +144,7 @@ impl RayDensity {
                 rest -= own;
             }
         }
-        let t = t?.min(self.end);
+        let t = t?.0.min(self.end);
         let pdf = self.pdf(t);
         (pdf > 0.0 && pdf.is_finite()).then_some((t, pdf))
     }

@@ -2,10 +2,9 @@
 //! towards the camera. Source: Li et al. 2024, section 4.2. **Ours:** the knots carry the transmittance to the camera as well, and rays that
 //! are almost the same share them.
 
-use glam::Vec3;
-
 use super::Along;
-use super::density::{Place, RayDensity};
+use super::density::Place;
+use super::shared::Shared;
 use super::stretches::{each_stretch, leaves};
 use crate::cache_points::CachePoints;
 use crate::geometry::Ray;
@@ -31,74 +30,31 @@ const SAME_RAY: f32 = 0.01;
 const SAME_FOG: f32 = 0.02;
 /// Up to this one where there are but beams, which are every ray's own, in media that are the same everywhere.
 const WIDEST: f32 = 0.05;
-/// How often the knots of a pixel are laid out anew because a ray reaches farther than the ones before.
-const MOST_LAYOUTS: u32 = 3;
-
-/// What the shared part was laid out for.
-#[derive(Debug, Default)]
-pub(super) struct LaidOut {
-    /// How far that ray went; 0 where there was none.
-    pub reach: f32,
-    /// And from and where to.
-    origin: Vec3,
-    direction: Vec3,
-    /// How far from there another ray may go, in radians.
-    angle: f32,
-    /// Layouts made for the current pixel.
-    pub count: u32,
-}
-
-impl LaidOut {
-    /// Whether `ray` may use it, number `number` of a path.
-    fn serves(&self, ray: &Ray, number: u32) -> bool {
-        let is_near = self.direction.distance_squared(ray.direction) < self.angle * self.angle;
-        let reaches = ray.t_max <= 1.02 * self.reach;
-        if number > 1 {
-            // What one mirror sends here and another there has nothing in common, not even within a pixel.
-            let aside = self.origin.distance_squared(ray.origin);
-            return is_near && reaches && aside < (self.angle * self.reach).powi(2);
-        }
-        // The samples of a pixel always share theirs: it may be large.
-        self.count >= MOST_LAYOUTS || (self.count > 0 || is_near) && reaches
-    }
-}
-
 /// Makes sure that the shared part reaches as far as the ray does.
 pub(super) fn lay_out(world: &World, cache: &CachePoints, start: &Walk, scratch: &mut Scratch) {
     let Walk { ref ray, index: number, ref path, .. } = *start;
-    let along = number as usize - 1;
-    if scratch.in_scatter.along[along].laid_out.serves(ray, number) {
+    let Along { density, kept } = &mut scratch.in_scatter.along[number as usize - 1];
+    if kept.find(&mut density.shared, ray, number) {
         return;
     }
-    let mut density = std::mem::take(&mut scratch.in_scatter.along[along].density);
-    density.clear();
+    kept.keep(&mut density.shared);
+    let mut shared = std::mem::take(&mut density.shared);
     let t_end = ray.t_max.min(leaves(ray, world.extent));
     let inside = Ray { t_max: t_end, ..*ray };
     let has_beams = !cache.beams().is_empty();
     let only_beams = cache.scatters_only_beams();
     let angle = if only_beams { WIDEST } else { SAME_FOG };
-    let mut layout = Layout {
-        world,
-        cache,
-        ray,
-        density: &mut density,
-        has_beams,
-        only_beams,
-        depth: Rgb::BLACK,
-        lookups: 0,
-        angle,
-    };
+    let mut layout =
+        Layout { world, cache, ray, shared: &mut shared, has_beams, only_beams, depth: Rgb::BLACK, lookups: 0, angle };
     each_stretch(world, &inside, &mut path.regions.clone(), scratch, |stretch, media| {
         if !media.is_empty() {
             layout.add(stretch, t_end, media);
         }
     });
     scratch.counters.cache_lookups += layout.lookups;
-    let angle = layout.angle;
-    let Along { laid_out, density: old } = &mut scratch.in_scatter.along[along];
-    *old = density;
-    let (origin, direction) = (ray.origin, ray.direction);
-    *laid_out = LaidOut { reach: ray.t_max, origin, direction, angle, count: laid_out.count + 1 };
+    (shared.origin, shared.direction, shared.reach, shared.angle) =
+        (ray.origin, ray.direction, ray.t_max, layout.angle);
+    scratch.in_scatter.along[number as usize - 1].density.shared = shared;
 }
 
 /// Knots in the making.
@@ -106,7 +62,7 @@ struct Layout<'a> {
     world: &'a World,
     cache: &'a CachePoints,
     ray: &'a Ray,
-    density: &'a mut RayDensity,
+    shared: &'a mut Shared,
     has_beams: bool,
     only_beams: bool,
     /// Optical depth so far.
@@ -148,9 +104,9 @@ impl Layout<'_> {
     }
 
     fn push(&mut self, t: f32, value: f32, place: Place) {
-        self.density.shared.push(t, value);
+        self.shared.curve.push(t, value);
         if self.has_beams {
-            self.density.places.push(place);
+            self.shared.places.push(place);
         }
     }
 

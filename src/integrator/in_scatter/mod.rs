@@ -13,7 +13,7 @@
 //! all of them; longer paths go on from null tracking's vertices, and from those drawn too where that pays
 //! (**ours**: there the vertices as such are weighed by the balance heuristic).
 //!
-//! A file for each part: [`layout`] is what cache points know along a ray, [`beams`] where it crosses narrow ones, [`density`] the sum of both,
+//! A file for each part: [`layout`] is what cache points know along a ray, [`shared`] which rays have that in common, [`beams`] where it crosses narrow ones, [`density`] the sum of both,
 //! [`equi_angular`] a rival to compare with; [`points`] draws from it, [`alternatives`] is what other mixes of the techniques would have found, and
 //! [`seeds`] are places for cache points. Rays that share a layout differ a little, which is why any density that is 0 somewhere is allowed.
 
@@ -24,6 +24,7 @@ pub mod equi_angular;
 mod layout;
 mod points;
 mod seeds;
+mod shared;
 mod stretches;
 
 use glam::Vec3;
@@ -33,8 +34,8 @@ use crate::math::Rgb;
 use crate::system::fault::{self, Fault};
 use alternatives::{Alternatives, Mix, OwnVertex};
 use density::RayDensity;
-use layout::LaidOut;
 pub(super) use points::{gather, medium_share};
+use shared::Kept;
 
 /// Points are drawn on so many of a path's rays: a camera ray, and what mirrors and glass make of it.
 pub const MOST_RAYS: u32 = 8;
@@ -45,11 +46,11 @@ const fn vertex_index(ray: u32, draw: u32) -> u32 {
     ((1 + draw) << 24) + ((ray - 1) << 20)
 }
 
-/// The density along one ray, and the rays that it serves.
+/// The density along one ray, and what is kept for rays that are almost the same as ones before.
 #[derive(Debug, Default)]
 struct Along {
     density: RayDensity,
-    laid_out: LaidOut,
+    kept: Kept,
 }
 
 /// The densities along the rays of a pixel, and what they bring. One per thread, reused.
@@ -92,19 +93,19 @@ impl Default for InScatter {
 }
 
 impl InScatter {
-    /// Forgets the knots: the next ray is another one.
+    /// Forgets the knots: rays to come have nothing in common with those before.
     pub fn forget(&mut self) {
-        for Along { density, laid_out } in &mut self.along {
-            laid_out.reach = 0.0;
-            density.clear();
+        for Along { density, kept } in &mut self.along {
+            kept.clear();
+            density.shared.reach = 0.0;
         }
     }
 
     /// A new pixel begins, each of whose paths draws `count` points (a whole number, or a probability), of which `mix` says what they do. Its
-    /// rays may share knots with the pixel before.
+    /// rays may share knots with pixels before.
     pub fn begin_pixel(&mut self, count: f32, mix: Mix) {
         (self.count, self.mix, self.work) = (count, mix, PointWork::default());
-        self.along.iter_mut().for_each(|along| along.laid_out.count = 0);
+        self.along.iter_mut().for_each(|along| along.kept.begin_pixel());
     }
 
     /// A new path begins.
