@@ -26,8 +26,8 @@ const DEEPEST: f32 = 9.0;
 /// Rays share knots up to this angle, in radians: what some pixels span.
 const SAME_RAY: f32 = 0.01;
 /// Up to this one in media that are the same everywhere: cache points lie farther apart, and in `godrays` variance was the same to 2 % at 0.003
-/// and at 0.02.
-const SAME_FOG: f32 = 0.02;
+/// and at 0.045.
+const SAME_FOG: f32 = 0.03;
 /// Up to this one where there are but beams, which are every ray's own, in media that are the same everywhere.
 const WIDEST: f32 = 0.05;
 /// Makes sure that the shared part reaches as far as the ray does.
