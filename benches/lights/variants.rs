@@ -45,13 +45,14 @@ const COLUMNS: [Variant; 7] = [
 ];
 
 /// The defaults with one thing said. Where that is the default already, it shows how far equal things come out unequal.
-const ABLATIONS: [Variant; 13] = [
+const ABLATIONS: [Variant; 14] = [
     variant("visibility off", &["--lights", "cache-points", "--cache-visibility", "off"]),
     variant("visibility threshold", &["--lights", "cache-points", "--cache-visibility", "threshold"]),
     variant("visibility root", &["--lights", "cache-points", "--cache-visibility", "root"]),
     variant("visibility clusters", &["--lights", "cache-points", "--cache-visibility", "clusters"]),
     variant("gathering lists", &["--lights", "cache-points", "--cache-gathering", "lists"]),
     variant("no normals", &["--lights", "cache-points", "--cache-no-normals"]),
+    variant("no alike", &["--lights", "cache-points", "--cache-no-alike"]),
     variant("1 candidate", &["--lights", "cache-points", "--light-candidates", "1"]),
     variant("4 candidates", &["--lights", "cache-points", "--light-candidates", "4"]),
     variant("32 entries", &["--lights", "cache-points", "--cache-entries", "32"]),

@@ -182,7 +182,7 @@ mod tests {
         (0..8).for_each(|i| {
             lights.add_point(PointLight { p: Vec3::X * i as f32, intensity: Rgb::WHITE });
         });
-        let hierarchy = Hierarchy::new(&lights);
+        let hierarchy = Hierarchy::new(&lights, true);
         let [a, b] = [0..4, 4..8].map(|places| -> Vec<Cluster> {
             places.map(|place| hierarchy.leaf(place).expect("eight lights")).collect()
         });

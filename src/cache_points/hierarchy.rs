@@ -22,13 +22,18 @@ pub struct Hierarchy {
 
 impl Hierarchy {
     /// Over all lights that shine on everything: exclusive ones are added at the vertices they shine on.
-    pub fn new(lights: &Lights) -> Self {
+    /// Ways to the lights of a cluster end where those are `alike`, if they shall.
+    pub fn new(lights: &Lights, alike: bool) -> Self {
         let shines =
             |id: &LightId| !lights.is_dark(*id) && !lights.linking().is_some_and(|linking| linking.is_exclusive(*id));
         let (at_infinity, finite): (Vec<LightId>, Vec<LightId>) =
             lights.ids().filter(shines).partition(|&id| is_at_infinity(lights, id));
         let finite = finite.into_iter().map(|id| id.0).collect();
-        Self { tree: LightTree::new(lights, finite, lights.len(), MOST_IN_LEAF), at_infinity }
+        let mut tree = LightTree::new(lights, finite, lights.len(), MOST_IN_LEAF);
+        if let Some(tree) = tree.as_mut().filter(|_| alike) {
+            tree.end_where_alike(lights);
+        }
+        Self { tree, at_infinity }
     }
 
     /// Places in the tree; from here on those at infinity follow.
@@ -215,7 +220,7 @@ mod tests {
             lights.add_point(PointLight { p, intensity: Rgb::splat(if i == 7 { 0.0 } else { 1.0 }) });
         }
         lights.add_distant(DistantLight { wi: Vec3::Y, irradiance: Rgb::WHITE });
-        let hierarchy = Hierarchy::new(&lights);
+        let hierarchy = Hierarchy::new(&lights, true);
         assert_eq!(hierarchy.place(&lights, LightId(7)), None);
         let mut places = vec![];
         for id in lights.ids().filter(|id| id.0 != 7) {
@@ -236,7 +241,7 @@ mod tests {
         for i in 0..64 {
             lights.add_point(PointLight { p: Vec3::splat((i * i) as f32), intensity: Rgb::WHITE });
         }
-        let hierarchy = Hierarchy::new(&lights);
+        let hierarchy = Hierarchy::new(&lights, true);
         let mut open: Vec<Cluster> = hierarchy.roots().collect();
         let mut leaves = 0;
         while let Some(cluster) = open.pop() {

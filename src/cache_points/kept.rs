@@ -46,7 +46,7 @@ impl CachePoints {
     pub fn from_kept(lights: &Lights, kept: KeptPoints, settings: CacheSettings) -> Option<Self> {
         let mut clock = Clock::start();
         let mut statistics = CacheStatistics { points: kept.positions.len(), are_loaded: true, ..Default::default() };
-        let hierarchy = Hierarchy::new(lights);
+        let hierarchy = Hierarchy::new(lights, settings.alike);
         statistics.seconds.hierarchy = clock.lap();
         if !kept.fits(&hierarchy) {
             return None;

@@ -304,7 +304,7 @@ mod tests {
             let p = Vec3::X * (i + 1000 * (i / 8)) as f32;
             lights.add_point(PointLight { p, intensity: Rgb::WHITE });
         }
-        let hierarchy = Hierarchy::new(&lights);
+        let hierarchy = Hierarchy::new(&lights, true);
         let leaf = |place| hierarchy.leaf(place).expect("sixteen lights");
         let gathered = Gathered { clusters: (0..16).map(leaf).collect(), near: vec![] };
         let table = Table::gathered(1, Some(hierarchy.places()), |_| (gathered.clone(), vec![]));
@@ -326,7 +326,7 @@ mod tests {
         (0..8).for_each(|i| {
             lights.add_point(PointLight { p: Vec3::X * i as f32, intensity: Rgb::WHITE });
         });
-        let hierarchy = Hierarchy::new(&lights);
+        let hierarchy = Hierarchy::new(&lights, true);
         let leaf = |place| hierarchy.leaf(place).expect("eight lights");
         let gathered = Gathered { clusters: (0..8).map(leaf).collect(), near: vec![] };
         let counters = |point| (0..8).map(|light| Counter::new([4.0, seen(point, light) as f32])).collect();
@@ -352,7 +352,7 @@ mod tests {
         (0..8).for_each(|i| {
             lights.add_point(PointLight { p: Vec3::X * i as f32, intensity: Rgb::WHITE });
         });
-        let hierarchy = Hierarchy::new(&lights);
+        let hierarchy = Hierarchy::new(&lights, true);
         let leaf = |place| hierarchy.leaf(place).expect("eight lights");
         let root = hierarchy.roots().next().expect("lights");
         // One point tells the lights apart, the other does not.

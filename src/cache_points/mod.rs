@@ -78,6 +78,8 @@ pub struct CacheSettings {
     pub rehearse: bool,
     /// Whether surface normals count in merging and look-up.
     pub normals: bool,
+    /// Whether ways to the lights of a cluster end where those are alike ([`crate::light::tree`]).
+    pub alike: bool,
     /// Whether beams get candidates.
     pub beams: bool,
     /// Candidates at most; `None` for a number that suits the image.
@@ -95,6 +97,7 @@ impl Default for CacheSettings {
             refine: true,
             rehearse: true,
             normals: true,
+            alike: true,
             beams: true,
             candidates: None,
             entries: DEFAULT_ENTRIES,
@@ -137,7 +140,7 @@ impl CachePoints {
             return None;
         }
         let mut clock = Clock::start();
-        let hierarchy = Hierarchy::new(lights);
+        let hierarchy = Hierarchy::new(lights, settings.alike);
         statistics.seconds.hierarchy = clock.lap();
 
         sort_spatially(&mut candidates);

@@ -113,7 +113,7 @@ mod tests {
             let p = Vec3::new(f32::from(i % 100), 10.0 * f32::from(i / 100), 0.0);
             lights.add_point(PointLight { p, intensity: Rgb::WHITE });
         }
-        let hierarchy = Hierarchy::new(&lights);
+        let hierarchy = Hierarchy::new(&lights, true);
         let place = Site { p: Vec3::new(50.0, 45.0, 40.0), radius: 1.0 };
         const MOST: usize = 48;
         let gather = |_| (by_hierarchy(&hierarchy, &lights, place, MOST), vec![]);

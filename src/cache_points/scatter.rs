@@ -52,11 +52,11 @@ pub struct ScatterWeights {
     beams: Vec<LightId>,
     /// Whether no point knows of any other light.
     only_beams: bool,
-    /// Whether points have been told often enough what arrives there.
+    /// Whether points have been told often enough on average what arrives there.
     knows_enough: bool,
 }
 
-/// Points have been told enough when entries were tried so often on average: in `godrays` a lookup for each vertex in its haze took 4 % of the time.
+/// Points have been told enough when entries were tried so often on average (lists that are made anew begin with few tries): in `godrays` a lookup for each vertex in its haze took 4 % of the time.
 const ENOUGH_TRIES: f64 = 64.0;
 
 /// Strong lights of a point at most.
@@ -181,7 +181,7 @@ impl ScatterWeights {
         self.sums = (0..self.phases.len()).map(|phase| points.iter().map(|(_, sums)| sums[phase]).collect()).collect();
         let is_dark = self.sums.iter().flatten().all(|&sum| sum == 0.0);
         self.only_beams = is_dark && self.strong.iter().flatten().all(|&k| k == NONE);
-        self.knows_enough = self.knows_enough || table.tries() >= ENOUGH_TRIES * table.counters.len() as f64;
+        self.knows_enough = table.tries() >= ENOUGH_TRIES * table.counters.len() as f64;
     }
 
     /// Bytes held on the heap.
@@ -244,7 +244,7 @@ mod tests {
 
     /// One point far from its lights, with scatter weights for these mean cosines, and all that they stand on.
     fn weights(lights: &Lights, place: Site, phases: &[f32], visibility: f32) -> (ScatterWeights, Hierarchy, Table) {
-        let hierarchy = Hierarchy::new(lights);
+        let hierarchy = Hierarchy::new(lights, true);
         let gather = |_| (by_hierarchy(&hierarchy, lights, place, 64), vec![]);
         let mut table = Table::gathered(1, Some(hierarchy.places()), gather);
         table.energies = super::super::table::Energies::new(table.visibility.len());

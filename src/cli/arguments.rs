@@ -118,6 +118,9 @@ pub struct RenderArguments {
     /// Ignore surface normals when cache points are merged and looked up.
     #[arg(long, help_heading = "Cache points")]
     pub cache_no_normals: bool,
+    /// Go down to each light of a cluster by its importance, also where those are far away, close together and alike.
+    #[arg(long, help_heading = "Cache points")]
+    pub cache_no_alike: bool,
     /// Give narrow beams no cache points of their own.
     #[arg(long, help_heading = "Cache points")]
     pub cache_no_beams: bool,
@@ -372,6 +375,7 @@ impl RenderArguments {
                 refine: !self.cache_no_refining,
                 rehearse: !self.cache_no_rehearsal,
                 normals: !self.cache_no_normals,
+                alike: !self.cache_no_alike,
                 beams: !self.cache_no_beams,
                 candidates: self.cache_candidates,
                 entries: self.cache_entries,

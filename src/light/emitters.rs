@@ -40,6 +40,12 @@ pub(in crate::light) fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
+/// sin² of an angle by its cosine.
+#[inline(always)]
+pub(in crate::light) fn squared_sine(cos: f32) -> f32 {
+    larger(1.0 - cos * cos, 0.0)
+}
+
 /// cos(max(0, a − b)) from cos a and cos b, both angles in 0..=π.
 #[inline(always)]
 pub(in crate::light) fn cos_less(cos_a: f32, cos_b: f32) -> f32 {

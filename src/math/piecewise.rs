@@ -95,7 +95,10 @@ mod tests {
         let n = 200_000;
         for _ in 0..n {
             let (t, value) = density.inverse(f64::from(stream.next_f32()) * total).expect("there is density");
-            assert!((value - density.value(t)).abs() < 1e-5 * value, "{t}: {value}, not {}", density.value(t));
+            // But where t rounds onto a jump; t as f32 is off by up to 2.4e-7 where the slope is 8.
+            if t.fract() != 0.0 {
+                assert!((value - density.value(t)).abs() < 4e-6, "{t}: {value}, not {}", density.value(t));
+            }
             counts[((f64::from(t) / width) as usize).min(bins as usize - 1)] += 1.0;
         }
         let steps = 500;

@@ -234,7 +234,7 @@ impl RenderSettings {
         let draws =
             matches!(self.volume_sampling, VolumeSampling::InScatter | VolumeSampling::Both | VolumeSampling::Paths);
         if !draws && !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
-            let CacheSettings { gathering, visibility, refine, rehearse, normals, beams, candidates, entries } =
+            let CacheSettings { gathering, visibility, refine, rehearse, normals, alike, beams, candidates, entries } =
                 self.cache;
             let default = CacheSettings::default();
             for (option, differs) in [
@@ -243,6 +243,7 @@ impl RenderSettings {
                 ("--cache-no-refining", refine != default.refine),
                 ("--cache-no-rehearsal", rehearse != default.rehearse),
                 ("--cache-no-normals", normals != default.normals),
+                ("--cache-no-alike", alike != default.alike),
                 ("--cache-no-beams", beams != default.beams),
                 ("--cache-entries", entries != default.entries),
                 ("--cache-candidates", candidates != default.candidates),

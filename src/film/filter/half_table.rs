@@ -61,3 +61,24 @@ impl HalfTable {
         i as f32 * self.width + x.min(self.width)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_guide_leads_where_halving_does() {
+        let peak = |x: f64| (-40.0 * x * x).exp() - (-40.0f64).exp();
+        let gap = |x: f64| if (0.2..0.7).contains(&x) { 0.0 } else { 1.0 };
+        for table in [HalfTable::new(1.0, peak), HalfTable::new(1.0, gap), HalfTable::new(1.0, |_| 0.0)] {
+            let bits = (0..200_000).map(|k| k as f32 / 200_000.0);
+            for u in bits.chain(table.cumulative.iter().flat_map(|c| [c.next_down(), *c, c.next_up()])) {
+                let u = u.clamp(0.0, 1.0);
+                let i = table.cumulative[1..INTERVALS].partition_point(|&c| c <= u);
+                let [low, high] = [i, i + 1].map(|i| i as f32 * table.width);
+                let x = table.sample(u);
+                assert!(low <= x && x <= high * (1.0 + 1e-6), "{u}: {x} in {low}..{high}");
+            }
+        }
+    }
+}

@@ -23,13 +23,14 @@ const KNOT_RADII: f32 = 0.5;
 const KNOT_DEPTH: f32 = 0.5;
 /// Beyond this optical depth nothing is drawn.
 const DEEPEST: f32 = 9.0;
-/// Rays share knots up to this angle, in radians: what some pixels span.
+/// Rays share knots up to this angle, in radians, where there are grids: what some pixels span.
 const SAME_RAY: f32 = 0.01;
 /// Up to this one in media that are the same everywhere: cache points lie farther apart, and in `godrays` variance was the same to 2 % at 0.003
 /// and at 0.045.
 const SAME_FOG: f32 = 0.03;
 /// Up to this one where there are but beams, which are every ray's own, in media that are the same everywhere.
 const WIDEST: f32 = 0.05;
+
 /// Makes sure that the shared part reaches as far as the ray does.
 pub(super) fn lay_out(world: &World, cache: &CachePoints, start: &Walk, scratch: &mut Scratch) {
     let Walk { ref ray, index: number, ref path, .. } = *start;
@@ -43,17 +44,25 @@ pub(super) fn lay_out(world: &World, cache: &CachePoints, start: &Walk, scratch:
     let inside = Ray { t_max: t_end, ..*ray };
     let has_beams = !cache.beams().is_empty();
     let only_beams = cache.scatters_only_beams();
-    let angle = if only_beams { WIDEST } else { SAME_FOG };
+    // What grids hold may be anywhere, also a little beside a ray that misses it.
+    let has_grids = world.media.iter().any(|medium| matches!(medium, Medium::Grid(_)));
+    let angle = if has_grids {
+        SAME_RAY
+    } else if only_beams {
+        WIDEST
+    } else {
+        SAME_FOG
+    };
     let mut layout =
-        Layout { world, cache, ray, shared: &mut shared, has_beams, only_beams, depth: Rgb::BLACK, lookups: 0, angle };
+        Layout { world, cache, ray, shared: &mut shared, has_beams, only_beams, depth: Rgb::BLACK, lookups: 0 };
     each_stretch(world, &inside, &mut path.regions.clone(), scratch, |stretch, media| {
         if !media.is_empty() {
             layout.add(stretch, t_end, media);
         }
     });
     scratch.counters.cache_lookups += layout.lookups;
-    (shared.origin, shared.direction, shared.reach, shared.angle) =
-        (ray.origin, ray.direction, ray.t_max, layout.angle);
+    (shared.origin, shared.direction, shared.angle) = (ray.origin, ray.direction, angle);
+    (shared.reach, shared.length) = (ray.t_max, t_end);
     scratch.in_scatter.along[number as usize - 1].density.shared = shared;
 }
 
@@ -68,8 +77,6 @@ struct Layout<'a> {
     /// Optical depth so far.
     depth: Rgb,
     lookups: u64,
-    /// The angle up to which rays may share it.
-    angle: f32,
 }
 
 /// What there is at a knot.
@@ -120,9 +127,6 @@ impl Layout<'_> {
         let (mut g_sum, mut sum) = (0.0, 0.0);
         for &id in media {
             let medium = self.world.medium(id);
-            if matches!(medium, Medium::Grid(_)) {
-                self.angle = SAME_RAY;
-            }
             let MediumPoint { absorption, scattering, .. } = medium.coefficients(p, self.ray.time);
             extinction += absorption + scattering;
             if !scattering.is_black() {

@@ -87,7 +87,7 @@ fn aim(world: &World, start: &Walk, scratch: &mut Scratch) -> bool {
     let laid_out = scratch.counters.work();
     scratch.counters.beam_crossings += scratch.in_scatter.along[along].density.aim(ray, &world.lights, cache) as u64;
     let work = &mut scratch.in_scatter.work;
-    // Knots of camera rays serve all of a pixel's samples.
+    // Knots of camera rays serve many samples.
     *if start.index == 1 { &mut work.knots } else { &mut work.points } += laid_out - before;
     work.points += scratch.counters.work() - laid_out;
     true

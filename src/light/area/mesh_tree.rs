@@ -138,6 +138,7 @@ fn bounds(shape: &Shape, primitive: u32, energy: f32, two_sided: bool) -> LightB
         cos_emission: 0.0,
         two_sided,
         lambertian: true,
+        even: false,
         energy: energy.max(f32::MIN_POSITIVE),
     }
 }

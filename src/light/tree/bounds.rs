@@ -30,6 +30,8 @@ pub struct LightBounds {
     pub two_sided: bool,
     /// All of them fall off with the cosine to their normals. Else they are taken to emit alike within θ_e.
     pub lambertian: bool,
+    /// Each of them emits alike in all directions, and they are of one kind: points, or closed surfaces.
+    pub even: bool,
     /// Luminance of intensity, summed: 1 at the distance 1 gives the irradiance 1.
     pub energy: f32,
 }
@@ -47,12 +49,14 @@ impl LightBounds {
                 axis: light.axis,
                 cos_normals: 1.0,
                 cos_emission: light.cos_end,
+                even: false,
                 ..Self::of_point(light.p, light.intensity.luminance())
             }),
             LightRef::Goniometric(light) => Some(Self {
                 axis: light.axis(),
                 cos_normals: if light.cos_end() > -1.0 { 1.0 } else { -1.0 },
                 cos_emission: light.cos_end(),
+                even: false,
                 ..Self::of_point(light.p, light.mean_intensity())
             }),
             LightRef::Volume(light) => Some(light.bounds()),
@@ -71,6 +75,7 @@ impl LightBounds {
             cos_emission: 0.0,
             two_sided: false,
             lambertian: false,
+            even: true,
             energy: clamp_energy(energy),
         }
     }
@@ -90,6 +95,7 @@ impl LightBounds {
             cos_emission: 0.0,
             two_sided: light.two_sided,
             lambertian: true,
+            even: bounds.cos_normals <= -1.0,
             energy: clamp_energy(light.strength()),
         }
     }
@@ -118,6 +124,7 @@ impl LightBounds {
             cos_emission: self.cos_emission.min(other.cos_emission),
             two_sided: self.two_sided || other.two_sided,
             lambertian: self.lambertian && other.lambertian,
+            even: self.even && other.even && self.lambertian == other.lambertian && self.two_sided == other.two_sided,
             energy: (self.energy + other.energy).min(MAX_ENERGY),
         }
     }

@@ -6,8 +6,10 @@
 //!
 //! Lights are numbered anew, by their places from left to right, so that what is below a node is a range of places and nothing
 //! else need be stored for each light. A leaf holds a few lights ([`MOST_IN_LEAF`]), which are chosen among one by one. The children of a
-//! node lie side by side in one line of a cache ([`node`]): about 21 bytes a light, and 8 for its number and place.
+//! node lie side by side in one line of a cache ([`node`]): about 21 bytes a light, 8 for its number and place, and 8 where ways may
+//! end among lights that are alike ([`alike`]).
 
+mod alike;
 pub mod bounds;
 pub mod build;
 mod cost;
@@ -19,6 +21,7 @@ pub mod split;
 
 use arrayvec::ArrayVec;
 
+use self::alike::EnergySums;
 use self::build::build;
 use self::node::{Node, Pair};
 use super::{LightId, Lights, Receiver};
@@ -71,6 +74,8 @@ pub struct LightTree {
     order: Box<[u32]>,
     /// The place of each light; [`OUTSIDE`] for those that are not in the tree.
     places: Box<[u32]>,
+    /// Where ways down end among lights that are alike: what those are chosen by.
+    energies: Option<EnergySums>,
 }
 
 /// The place of lights that have none.
@@ -128,7 +133,7 @@ impl LightTree {
         for (place, &id) in order.iter().enumerate() {
             places[id as usize] = place as u32;
         }
-        Some(Self { pairs, order, places })
+        Some(Self { pairs, order, places, energies: None })
     }
 
     /// All of it.
@@ -203,6 +208,7 @@ impl LightTree {
 
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
-        size_of_val(&*self.pairs) + size_of_val(&*self.order) + size_of_val(&*self.places)
+        let energies = self.energies.as_ref().map_or(0, EnergySums::memory);
+        size_of_val(&*self.pairs) + size_of_val(&*self.order) + size_of_val(&*self.places) + energies
     }
 }

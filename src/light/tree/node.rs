@@ -36,6 +36,7 @@ const ANGLE_STEPS: u32 = (1 << ANGLE_BITS) - 1;
 const LEAF: u32 = 1 << 31;
 const TWO_SIDED: u32 = 1 << 30;
 const LAMBERTIAN: u32 = 1 << 29;
+const EVEN: u32 = 1 << 28;
 
 /// The narrowest cone of normals, as sin(θ_o/2): wide enough for the rounding of the axis, and for its cosine to differ from 1 in f32.
 const NARROWEST: f32 = 3e-4;
@@ -50,7 +51,10 @@ impl Node {
         let normals = half(bounds.cos_normals) + (0.5 * lost).max(NARROWEST);
         let quantised = |half: f32| ((half * ANGLE_STEPS as f32).ceil() as u32).min(ANGLE_STEPS);
         let flag = |is: bool, bit: u32| if is { bit } else { 0 };
-        let flags = flag(is_leaf, LEAF) | flag(bounds.two_sided, TWO_SIDED) | flag(bounds.lambertian, LAMBERTIAN);
+        let flags = flag(is_leaf, LEAF)
+            | flag(bounds.two_sided, TWO_SIDED)
+            | flag(bounds.lambertian, LAMBERTIAN)
+            | flag(bounds.even, EVEN);
         let cones = quantised(normals) | quantised(half(bounds.cos_emission)) << ANGLE_BITS | flags;
         Self { centre: bounds.centre(), radius: bounds.radius, energy: bounds.energy, axis, cones, link }
     }
@@ -71,6 +75,12 @@ impl Node {
     #[inline(always)]
     pub const fn is_lambertian(&self) -> bool {
         self.cones & LAMBERTIAN != 0
+    }
+
+    /// Whether each of the lights emits alike in all directions, all being of one kind.
+    #[inline(always)]
+    pub const fn is_even(&self) -> bool {
+        self.cones & EVEN != 0
     }
 
     /// Whether the normals may point anywhere.

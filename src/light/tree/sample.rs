@@ -6,6 +6,7 @@
 use arrayvec::ArrayVec;
 use prefetch_index::prefetch_index;
 
+use super::alike::EnergySums;
 use super::node::Node;
 use super::{Cluster, LightTree, MOST_IN_LEAF, Parts};
 use crate::light::Receiver;
@@ -76,15 +77,25 @@ pub struct Way {
     left: f64,
     width: f64,
     pmf: f32,
-    /// The pair that it comes to next.
-    next: Option<u32>,
+    next: Next,
+}
+
+/// What a way comes to next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Next {
+    /// The nodes of this pair.
+    Pair(u32),
+    /// Lights that are alike, of which it is in the midst.
+    Alike,
+    /// A leaf, or one light: it is there.
+    Leaf,
 }
 
 impl Way {
     /// About to start at `cluster` with `u` in [0, 1).
     #[inline]
     pub const fn from(cluster: Cluster, u: f64) -> Self {
-        Self { cluster, left: u, width: 1.0, pmf: 1.0, next: None }
+        Self { cluster, left: u, width: 1.0, pmf: 1.0, next: Next::Leaf }
     }
 
     /// Where it is.
@@ -105,8 +116,9 @@ impl LightTree {
     #[inline]
     pub fn sample(&self, parts: &impl Parts, cluster: &Cluster, receiver: &Receiver, u: f64) -> (u32, f32, f64) {
         let mut way = Way::from(*cluster, u);
-        self.look_ahead(&mut way);
+        self.look_ahead(&mut way, receiver);
         while self.step(&mut way, receiver) {}
+        self.choose_alike(&mut way);
         self.arrive(parts, way, receiver)
     }
 
@@ -115,13 +127,14 @@ impl LightTree {
     #[inline]
     pub fn descend(&self, parts: &impl Parts, ways: &mut [Way], receiver: &Receiver) {
         let mut goes_on = true;
-        ways.iter_mut().for_each(|way| self.look_ahead(way));
+        ways.iter_mut().for_each(|way| self.look_ahead(way, receiver));
         while goes_on {
             goes_on = false;
             for way in &mut *ways {
                 goes_on |= self.step(way, receiver);
             }
         }
+        ways.iter_mut().for_each(|way| self.choose_alike(way));
         for stage in 0..2 {
             for way in &*ways {
                 self.below(way).iter().for_each(|&id| parts.fetch(id, stage));
@@ -140,7 +153,7 @@ impl LightTree {
     /// One step down; false where there is none.
     #[inline(always)]
     fn step(&self, way: &mut Way, receiver: &Receiver) -> bool {
-        let Some(pair) = way.next else { return false };
+        let Next::Pair(pair) = way.next else { return false };
         let Cluster { first, count, .. } = way.cluster;
         let (nodes, middle) = self.pair(pair);
         let p = self::first(nodes, receiver);
@@ -157,21 +170,40 @@ impl LightTree {
             count: if is_second { first + count - middle } else { middle - first },
             node: 2 * pair + u32::from(is_second),
         };
-        self.look_ahead(way);
+        self.look_ahead(way, receiver);
         true
     }
 
-    /// Finds the pair that a way comes to next, or its leaf, and has it fetched while other ways take their steps.
+    /// Finds what a way comes to next, and has it fetched while other ways take their steps.
     #[inline(always)]
-    fn look_ahead(&self, way: &mut Way) {
+    fn look_ahead(&self, way: &mut Way, receiver: &Receiver) {
         let Cluster { first, count, node } = way.cluster;
-        way.next = None;
-        if count > 1 && !self.node(node).is_leaf() {
+        way.next = Next::Leaf;
+        if count == 1 {
+            prefetch_index(&self.order, first as usize);
+        } else if let Some(energies) = self.alike(&way.cluster, receiver) {
+            way.next = Next::Alike;
+            for place in [EnergySums::guess(&way.cluster, way.rest()), first as usize, (first + count) as usize] {
+                prefetch_index(energies.all(), place);
+            }
+        } else if !self.node(node).is_leaf() {
             let pair = self.pair_below(node);
-            way.next = Some(pair);
+            way.next = Next::Pair(pair);
             prefetch_index(&self.pairs, pair as usize);
         } else {
             prefetch_index(&self.order, first as usize);
+        }
+    }
+
+    /// Chooses one of lights that are alike, where a way has come to such.
+    #[inline(always)]
+    fn choose_alike(&self, way: &mut Way) {
+        if let (Next::Alike, Some(energies)) = (way.next, &self.energies) {
+            let (place, rest) = energies.sample(&way.cluster, way.rest());
+            way.pmf *= energies.pmf(&way.cluster, place);
+            (way.left, way.width, way.next) = (rest, 1.0, Next::Leaf);
+            way.cluster = Cluster { first: place, count: 1, node: way.cluster.node };
+            prefetch_index(&self.order, place as usize);
         }
     }
 
@@ -193,7 +225,13 @@ impl LightTree {
     pub fn pmf(&self, parts: &impl Parts, cluster: &Cluster, place: u32, receiver: &Receiver) -> f32 {
         let Cluster { mut first, mut count, mut node } = *cluster;
         let mut pmf = 1.0;
-        while count > 1 && !self.node(node).is_leaf() {
+        while count > 1 {
+            if let Some(energies) = self.alike(&Cluster { first, count, node }, receiver) {
+                return pmf * energies.pmf(&Cluster { first, count, node }, place);
+            }
+            if self.node(node).is_leaf() {
+                break;
+            }
             let pair = self.pair_below(node);
             let (nodes, middle) = self.pair(pair);
             let p = self::first(nodes, receiver);

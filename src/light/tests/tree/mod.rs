@@ -1,11 +1,12 @@
 //! The light hierarchy: what its tests share.
 
+mod alike;
 mod choice;
 mod figures;
 mod shape;
 
 use super::*;
-use crate::light::tree::{Cluster, LightTree, Parts};
+use crate::light::tree::{Cluster, LightTree, Parts, Way};
 use crate::math::warp::uniform_sphere;
 
 /// Points in a cube of side 20 around the origin.
