@@ -330,3 +330,25 @@ fn kept_points_are_taken_up_whole_or_not_at_all() {
         println!("{gathering:?} {visibility:?}: {taken} of 100 damaged ones are as good as any");
     }
 }
+
+#[test]
+fn points_that_were_told_enough_are_not_told_more() {
+    let lights = lights(4, 50);
+    let mut cache = build(&lights, CacheSettings { refine: false, ..Default::default() });
+    let (p, light) = (Vec3::splat(5.0), LightId(0));
+    let told = |cache: &CachePoints| {
+        let before = cache.table.tries();
+        cache.record_at(&lights, p, light, true);
+        cache.table.tries() > before
+    };
+    assert!(!told(&cache), "nobody asks where to scatter");
+    cache.weigh_scattering(&lights, [0.0].into_iter().collect());
+    assert!(told(&cache));
+    // 64 tries an entry on average, all of them at one.
+    let enough = 64 * cache.table.counters.len();
+    (1..enough - 1).for_each(|_| cache.record_at(&lights, p, light, true));
+    cache.learn(&lights);
+    assert!(told(&cache), "one is missing yet");
+    cache.learn(&lights);
+    assert!(!told(&cache));
+}
