@@ -56,7 +56,7 @@ pub struct ScatterWeights {
     knows_enough: bool,
 }
 
-/// Points have been told enough when entries were tried so often on average (lists that are made anew begin with few tries): in `godrays` a lookup for each vertex in its haze took 4 % of the time.
+/// Points have been told enough when entries were tried so often on average (lists that are made anew begin with few tries): in `godrays` a lookup for each vertex in its haze took 2 % of the time.
 const ENOUGH_TRIES: f64 = 64.0;
 
 /// Strong lights of a point at most.

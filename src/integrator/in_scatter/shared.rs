@@ -7,7 +7,7 @@ use super::density::Place;
 use crate::geometry::Ray;
 use crate::math::piecewise::PiecewiseLinear;
 
-/// Parts that are kept for rays to come. A tile of 16 x 16 pixels, each a fifth of [`super::layout`]'s angle wide, takes about ten.
+/// Parts that are kept for rays to come: in small images those of a few rows of a tile's pixels, in large ones all of it.
 const MOST_KEPT: usize = 16;
 /// How often it is laid out anew for a pixel because a ray reaches farther than the ones before.
 const MOST_LAYOUTS: u32 = 3;

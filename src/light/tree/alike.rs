@@ -1,6 +1,6 @@
 //! Lights that are alike: far away, close together and facing the same way, each matters as much as its energy says. So the way down the
 //! hierarchy ends above them, and one is chosen by a look at the running sums of their energies. **Ours**: Conty Estevez & Kulla (HPG 2018)
-//! go down to the leaves. Among millions of lights most nodes are far from the processor, and a look takes as long as one or two steps.
+//! go down to the leaves. Among millions of lights most nodes are far from the processor, and a step down waits for each.
 
 use rayon::prelude::*;
 
