@@ -165,6 +165,14 @@ impl Hierarchy {
         if distance > node.radius { (2.0 * node.radius / distance).clamp(0.1, 1.0) } else { 1.0 }
     }
 
+    /// Has fetched what [`Hierarchy::descend`] reads first of a way that begins at `cluster`.
+    #[inline]
+    pub fn fetch(&self, cluster: &Cluster) {
+        if let Some(tree) = &self.tree {
+            tree.fetch(cluster);
+        }
+    }
+
     /// Takes ways to lights down from the clusters where they begin, all at once.
     #[inline]
     pub fn descend(&self, lights: &Lights, ways: &mut [Way], receiver: &Receiver) {

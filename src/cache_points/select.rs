@@ -167,7 +167,9 @@ impl CachePoints {
             if u >= uniform && target >= of_named {
                 let (k, rest) = place_of(target - of_named, &scratch.sums);
                 entries.push(k);
-                ways.push(Way::from(list.get(k), rest));
+                let cluster = list.get(k);
+                self.hierarchy.fetch(&cluster);
+                ways.push(Way::from(cluster, rest));
                 continue;
             }
             let (light, rest) = if u < uniform {

@@ -11,6 +11,7 @@ pub mod distant;
 pub mod emitters;
 pub mod environment;
 pub mod goniometric;
+mod handles;
 pub mod ies;
 pub mod infinite;
 pub mod linking;
@@ -31,6 +32,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use prefetch_index::prefetch_index;
 
+use self::handles::{Handles, Kind};
 use crate::geometry::trace::Opacity;
 use crate::geometry::{Geometry, InstanceId, ShapeId};
 use crate::math::Rgb;
@@ -128,7 +130,7 @@ impl Receiver {
 pub struct Lights {
     area: Vec<AreaLight>,
     /// The lights after the area lights.
-    others: Vec<Handle>,
+    others: Handles,
     points: Vec<PointLight>,
     spots: Vec<SpotLight>,
     goniometrics: Vec<GoniometricLight>,
@@ -151,25 +153,6 @@ impl std::fmt::Debug for Lights {
             .finish_non_exhaustive()
     }
 }
-
-/// Type (3 bits) and place in the type's array (29 bits).
-#[derive(Clone, Copy, Debug)]
-struct Handle(u32);
-
-const INDEX_BITS: u32 = 29;
-
-impl Handle {
-    fn new(kind: u32, index: usize) -> Self {
-        Self(kind << INDEX_BITS | index as u32)
-    }
-}
-
-const POINT: u32 = 0;
-const SPOT: u32 = 1;
-const DISTANT: u32 = 2;
-const INFINITE: u32 = 3;
-const VOLUME: u32 = 4;
-const GONIOMETRIC: u32 = 5;
 
 /// One light, whatever its type.
 #[derive(Clone, Copy, Debug)]
@@ -213,15 +196,14 @@ impl Lights {
         if let Some(light) = self.area.get(id) {
             return LightRef::Area(light);
         }
-        let handle = self.others[id - self.area.len()].0;
-        let index = (handle & ((1 << INDEX_BITS) - 1)) as usize;
-        match handle >> INDEX_BITS {
-            POINT => LightRef::Point(&self.points[index]),
-            SPOT => LightRef::Spot(&self.spots[index]),
-            DISTANT => LightRef::Distant(&self.distants[index]),
-            INFINITE => LightRef::Infinite(&self.infinites[index]),
-            GONIOMETRIC => LightRef::Goniometric(&self.goniometrics[index]),
-            _ => LightRef::Volume(&self.volumes[index]),
+        let (kind, index) = self.others.get(id - self.area.len());
+        match kind {
+            Kind::Point => LightRef::Point(&self.points[index]),
+            Kind::Spot => LightRef::Spot(&self.spots[index]),
+            Kind::Goniometric => LightRef::Goniometric(&self.goniometrics[index]),
+            Kind::Distant => LightRef::Distant(&self.distants[index]),
+            Kind::Infinite => LightRef::Infinite(&self.infinites[index]),
+            Kind::Volume => LightRef::Volume(&self.volumes[index]),
         }
     }
 
@@ -233,14 +215,12 @@ impl Lights {
             return prefetch_index(&self.area, id);
         };
         if stage == 0 {
-            return prefetch_index(&self.others, other);
+            return self.others.fetch(other);
         }
-        let handle = self.others[other].0;
-        let index = (handle & ((1 << INDEX_BITS) - 1)) as usize;
-        match handle >> INDEX_BITS {
-            POINT => prefetch_index(&self.points, index),
-            SPOT => prefetch_index(&self.spots, index),
-            GONIOMETRIC => prefetch_index(&self.goniometrics, index),
+        match self.others.get(other) {
+            (Kind::Point, index) => prefetch_index(&self.points, index),
+            (Kind::Spot, index) => prefetch_index(&self.spots, index),
+            (Kind::Goniometric, index) => prefetch_index(&self.goniometrics, index),
             _ => {}
         }
     }
@@ -248,37 +228,36 @@ impl Lights {
     /// Adds a point light.
     pub fn add_point(&mut self, light: PointLight) -> LightId {
         self.points.push(light);
-        self.add_handle(Handle::new(POINT, self.points.len() - 1))
+        self.add_other(Kind::Point)
     }
 
     /// Makes room for `count` more point lights.
     pub fn reserve_points(&mut self, count: usize) {
         self.points.reserve(count);
-        self.others.reserve(count);
     }
 
     /// Adds a spot light.
     pub fn add_spot(&mut self, light: SpotLight) -> LightId {
         self.spots.push(light);
-        self.add_handle(Handle::new(SPOT, self.spots.len() - 1))
+        self.add_other(Kind::Spot)
     }
 
     /// Adds a light whose intensity depends on the direction.
     pub fn add_goniometric(&mut self, light: GoniometricLight) -> LightId {
         self.goniometrics.push(light);
-        self.add_handle(Handle::new(GONIOMETRIC, self.goniometrics.len() - 1))
+        self.add_other(Kind::Goniometric)
     }
 
     /// Adds a distant light.
     pub fn add_distant(&mut self, light: DistantLight) -> LightId {
         self.distants.push(light);
-        self.add_handle(Handle::new(DISTANT, self.distants.len() - 1))
+        self.add_other(Kind::Distant)
     }
 
     /// Adds a background.
     pub fn add_infinite(&mut self, light: InfiniteLight) -> LightId {
         self.infinites.push(light);
-        let id = self.add_handle(Handle::new(INFINITE, self.infinites.len() - 1));
+        let id = self.add_other(Kind::Infinite);
         self.infinite.push(id);
         id
     }
@@ -287,7 +266,7 @@ impl Lights {
     pub fn add_volume(&mut self, light: VolumeLight) -> LightId {
         let medium = light.medium.0 as usize;
         self.volumes.push(light);
-        let id = self.add_handle(Handle::new(VOLUME, self.volumes.len() - 1));
+        let id = self.add_other(Kind::Volume);
         if self.of_media.len() <= medium {
             self.of_media.resize(medium + 1, None);
         }
@@ -306,8 +285,8 @@ impl Lights {
         self.of_media.get(medium.0 as usize).copied().flatten()
     }
 
-    fn add_handle(&mut self, handle: Handle) -> LightId {
-        self.others.push(handle);
+    fn add_other(&mut self, kind: Kind) -> LightId {
+        self.others.push(kind);
         LightId(self.len() as u32 - 1)
     }
 
@@ -444,6 +423,7 @@ impl Lights {
     }
 
     /// Whether the light emits nothing at all.
+    #[inline]
     pub fn is_dark(&self, id: LightId) -> bool {
         match self.get(id) {
             LightRef::Area(light) => light.mean.is_black() || light.sampler.is_none(),
@@ -463,7 +443,7 @@ impl Lights {
         area + infinite
             + self.shared_memory()
             + self.area.capacity() * size_of::<AreaLight>()
-            + self.others.capacity() * size_of::<Handle>()
+            + self.others.memory()
             + self.points.capacity() * size_of::<PointLight>()
             + self.spots.capacity() * size_of::<SpotLight>()
             + self.goniometrics.capacity() * size_of::<GoniometricLight>()

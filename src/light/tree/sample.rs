@@ -122,6 +122,12 @@ impl LightTree {
         self.arrive(parts, way, receiver)
     }
 
+    /// Has fetched what a way reads that begins at `cluster`.
+    #[inline]
+    pub fn fetch(&self, cluster: &Cluster) {
+        prefetch_index(&self.pairs, (cluster.node >> 1) as usize);
+    }
+
     /// Takes all of `ways` down to their leaves, from where [`LightTree::arrive`] goes on. They take their steps in turn, so that the
     /// processor waits for the nodes of all of them at once: with millions of lights most nodes are far from it.
     #[inline]
