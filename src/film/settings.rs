@@ -1,6 +1,10 @@
 //! What a scene says about its image: size, crop, sensor and output name. Source: pbrt-v4's file format (Film) and its
 //! section 5.4 (film and imaging).
 
+use glam::Mat3;
+
+use crate::math::Rgb;
+use crate::math::spectrum::white_balance;
 use crate::scene::older::with_upgrade;
 use crate::scene::{Entity, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
@@ -42,11 +46,13 @@ pub struct Sensor {
     pub imaging_ratio: f32,
     /// Samples whose largest channel exceeds this are scaled down to it. Finite values make the image biased.
     pub max_component: f32,
+    /// What colours are multiplied by after that, to balance white.
+    pub balance: Option<Mat3>,
 }
 
 impl Default for Sensor {
     fn default() -> Self {
-        Self { imaging_ratio: 1.0, max_component: f32::INFINITY }
+        Self { imaging_ratio: 1.0, max_component: f32::INFINITY, balance: None }
     }
 }
 
@@ -60,12 +66,16 @@ impl Sensor {
         } else {
             self.imaging_ratio
         } * weight;
+        let exposed = |radiance: Rgb| match &self.balance {
+            None => radiance * scale,
+            Some(matrix) => Rgb(*matrix * (radiance.0 * scale)),
+        };
         SampleResult {
-            beauty: sample.beauty * scale,
-            direct: sample.direct * scale,
-            indirect: sample.indirect * scale,
-            emission: sample.emission * scale,
-            volume: sample.volume * scale,
+            beauty: exposed(sample.beauty),
+            direct: exposed(sample.direct),
+            indirect: exposed(sample.indirect),
+            emission: exposed(sample.emission),
+            volume: exposed(sample.volume),
             ..*sample
         }
     }
@@ -149,8 +159,11 @@ fn sensor(scene: &SceneDescription, warnings: &mut Warnings) -> Result<Sensor, B
         warnings
             .add(span, format!("sensor \"{name}\" is rendered as \"cie1931\": its response curves are not modelled"));
     }
-    if params.float("whitebalance", 0.0)? != 0.0 {
-        warnings.add(params.get("whitebalance").map(|p| p.span), "\"whitebalance\" is not applied".to_owned());
+    let kelvin = params.float("whitebalance", 0.0)?;
+    let balance = if kelvin == 0.0 { None } else { white_balance(kelvin) };
+    if kelvin != 0.0 && balance.is_none() {
+        let message = format!("\"whitebalance\" of {kelvin} K is not applied: it is for 1000 to 25000 K");
+        warnings.add(params.get("whitebalance").map(|p| p.span), message);
     }
     let camera = &scene.camera.params;
     let exposure = camera.float("shutterclose", 1.0)? - camera.float("shutteropen", 0.0)?;
@@ -169,7 +182,7 @@ fn sensor(scene: &SceneDescription, warnings: &mut Warnings) -> Result<Sensor, B
             format!("the image is written in sRGB's primaries, not in those of \"{}\"", scene.film_color_space);
         warnings.add(Some(film.span()), message);
     }
-    Ok(Sensor { imaging_ratio: exposure * iso / 100.0, max_component })
+    Ok(Sensor { imaging_ratio: exposure * iso / 100.0, max_component, balance })
 }
 
 /// The pixels to render. Later sources win: `pixelbounds`, `cropwindow`, the command line.

@@ -7,9 +7,11 @@ use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use exr::meta::MetaData;
+use glam::Mat3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::image::{Encoding, Image, ImageError, MAX_PIXELS};
+use crate::math::spectrum::matrix_to_rec709;
 use crate::system::input::{open_regular, read_regular};
 use crate::system::memory::available;
 
@@ -130,7 +132,7 @@ pub fn decode(values: &mut [f32], channels: usize, encoding: Encoding) {
 }
 
 /// What the beginning of an image file says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageHeader {
     /// In pixels.
     pub width: usize,
@@ -140,6 +142,8 @@ pub struct ImageHeader {
     pub pixel_bytes: usize,
     /// Whether it has no colours.
     pub is_grey: bool,
+    /// From its primaries to Rec. 709, where they are others (OpenEXR's `chromaticities`).
+    pub to_rec709: Option<Mat3>,
 }
 
 /// Reads PNG, JPEG, TGA, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA. Of an OpenEXR file it takes `R G B (A)`,
@@ -180,12 +184,18 @@ pub fn read_header(path: &Path) -> Result<ImageHeader, ImageError> {
     }
     let mut source = BufReader::new(file);
     let start = source.fill_buf().map_err(|e| fail(&e))?;
+    let mut to_rec709 = None;
     let (width, height, pixel_bytes, is_grey) = if start.starts_with(&EXR) {
         let meta = MetaData::read_from_buffered(&mut source, false).map_err(|e| fail(&e))?;
         let Some(first) = meta.headers.first() else { return Err(fail(&"the file holds no image")) };
         // Four channels at most are used, of floats at most.
         let channels = &first.channels.list;
         let is_grey = !channels.iter().any(|channel| channel.name.eq("R"));
+        to_rec709 = first.shared_attributes.chromaticities.filter(|_| !is_grey).and_then(|space| {
+            let [red, green, blue, white] =
+                [space.red, space.green, space.blue, space.white].map(|xy| [f64::from(xy.x()), f64::from(xy.y())]);
+            matrix_to_rec709([red, green, blue], white)
+        });
         (first.layer_size.width(), first.layer_size.height(), 4 * channels.len().min(4), is_grey)
     } else if is_pfm(start) {
         let mut head = vec![];
@@ -203,7 +213,7 @@ pub fn read_header(path: &Path) -> Result<ImageHeader, ImageError> {
     check_size(path, width, height)?;
     // A value takes a byte at least.
     check_expansion(width * height * pixel_bytes.min(4), length).map_err(|e| fail(&e))?;
-    Ok(ImageHeader { width, height, pixel_bytes, is_grey })
+    Ok(ImageHeader { width, height, pixel_bytes, is_grey, to_rec709 })
 }
 
 fn is_pfm(start: &[u8]) -> bool {

@@ -295,7 +295,7 @@ fn the_sensor_scales_and_limits_as_pbrt_does() {
     let camera = entity("perspective", vec![("shutterclose", "float", ParamValue::Float(vec![0.5]))]);
     let scene = scene(camera, entity("rgb", film), entity("", vec![]));
     let settings = FilmSettings::build(&scene, &FilmOverrides::default(), &mut Warnings::default()).expect("valid");
-    assert_eq!(settings.sensor, Sensor { imaging_ratio: 1.0, max_component: 5.0 });
+    assert_eq!(settings.sensor, Sensor { imaging_ratio: 1.0, max_component: 5.0, balance: None });
     let bright = SampleResult { beauty: Rgb::new(10.0, 4.0, 0.0), direct: Rgb::new(10.0, 4.0, 0.0), ..sample(0.0) };
     let exposed = settings.sensor.expose(&bright, 1.0);
     assert_eq!((exposed.beauty, exposed.direct), (Rgb::new(5.0, 2.0, 0.0), Rgb::new(5.0, 2.0, 0.0)));

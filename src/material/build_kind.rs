@@ -12,6 +12,8 @@ use super::kinds::{Coat, Fibre, HairColour, Material, Matter, Metal, Roughness};
 use super::texture::{FloatInput, RgbInput};
 use crate::math::Rgb;
 use crate::math::spectrum::Spectrum;
+use crate::medium::build::measured_matter;
+use crate::medium::measured::MeasuredMatter;
 use crate::scene::{MaterialEntity, Param, ParamSet, ParamValue, SceneError, SceneErrorKind, TextureOr};
 
 /// Named materials; of several with one name, the last.
@@ -162,17 +164,28 @@ fn subsurface(params: &ParamSet, builder: &mut TextureBuilder) -> Result<Materia
         let message = format!("both \"reflectance\" and \"sigma_a\" are given for {}", params.owner);
         return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)).help("leave one out"));
     }
-    params.warn_ignored("name", "coefficients by name are not known", builder.warnings);
+    let measured = measured_matter(params, "name", builder.warnings)?;
     // How far light goes does not matter where it leaves at once.
     for name in ["mfp", "scale"] {
         params.get(name);
     }
-    let g = within(params, "g", 0.0, -1.0..=1.0, builder)?;
-    let matter = match params.albedo_texture("reflectance")? {
-        Some(reflectance) => Matter::Reflectance(builder.rgb(Some(reflectance), Rgb::BLACK)?),
-        None => {
+    if measured.is_some() {
+        // Scattering was measured as if it went to all sides alike.
+        for name in ["reflectance", "sigma_a", "sigma_s", "g"] {
+            params.warn_ignored(name, "\"name\" is given too", builder.warnings);
+        }
+    }
+    let matter = match (measured, params.albedo_texture("reflectance")?) {
+        (Some(MeasuredMatter { absorption, scattering }), _) => Matter::Coefficients {
+            sigma_a: RgbInput::Constant(absorption),
+            sigma_s: RgbInput::Constant(scattering),
+            g: FloatInput::Constant(0.0),
+        },
+        (None, Some(reflectance)) => Matter::Reflectance(builder.rgb(Some(reflectance), Rgb::BLACK)?),
+        (None, None) => {
             let sigma_a = builder.rgb(coefficient(params, "sigma_a")?, SIGMA_A)?;
             let sigma_s = builder.rgb(coefficient(params, "sigma_s")?, SIGMA_S)?;
+            let g = within(params, "g", 0.0, -1.0..=1.0, builder)?;
             not_negative(params, "sigma_a", sigma_a)?;
             not_negative(params, "sigma_s", sigma_s)?;
             Matter::Coefficients { sigma_a, sigma_s, g }

@@ -43,5 +43,6 @@ fn normals(file: &str, params: &ParamSet, builder: &mut TextureBuilder) -> Resul
         mapping: Mapping2d::IDENTITY,
         scale: 1.0,
         invert: false,
+        to_rec709: None,
     }))
 }

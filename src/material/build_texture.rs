@@ -131,14 +131,14 @@ impl<'a> TextureBuilder<'a> {
                     _ => self.add_float(FloatTexture::Scale(a, b), span)?,
                 }
             }
-            "imagemap" => match self.image_map(texture)? {
+            "imagemap" => match self.image_map(texture, "1 is used instead")? {
                 Some(map) => self.add_float(FloatTexture::Image(Arc::new(map)), span)?,
                 None => FloatInput::Constant(1.0),
             },
             kind => match self.procedural_float(texture)? {
                 Some(procedural) => self.add_float(procedural, span)?,
                 None => {
-                    let message = format!("texture type \"{kind}\" (\"{name}\") is not supported: 1 is used instead");
+                    let message = unsupported(name, kind, &["marble"], "a spectrum", "1");
                     self.warnings.add(Some(texture.entity.span()), message);
                     params.iter().for_each(Param::mark_used);
                     FloatInput::Constant(1.0)
@@ -166,15 +166,14 @@ impl<'a> TextureBuilder<'a> {
                     _ => self.add_rgb(RgbTexture::Scale(a, b), span)?,
                 }
             }
-            "imagemap" => match self.image_map(texture)? {
+            "imagemap" => match self.image_map(texture, "magenta is used instead")? {
                 Some(map) => self.add_rgb(RgbTexture::Image(Arc::new(map)), span)?,
                 None => RgbInput::Constant(MAGENTA),
             },
             kind => match self.procedural_rgb(texture)? {
                 Some(procedural) => self.add_rgb(procedural, span)?,
                 None => {
-                    let message =
-                        format!("texture type \"{kind}\" (\"{name}\") is not supported: 50 % grey is used instead");
+                    let message = unsupported(name, kind, &["fbm", "wrinkled", "windy"], "a float", "50 % grey");
                     self.warnings.add(Some(texture.entity.span()), message);
                     params.iter().for_each(Param::mark_used);
                     RgbInput::Constant(Rgb::splat(0.5))
@@ -259,7 +258,7 @@ impl<'a> TextureBuilder<'a> {
     }
 
     /// An `imagemap`; `None` where its file cannot be read (and that was warned about).
-    fn image_map(&mut self, texture: &TextureEntity) -> Result<Option<ImageMap>> {
+    fn image_map(&mut self, texture: &TextureEntity, instead: &'static str) -> Result<Option<ImageMap>> {
         let params = &texture.entity.params;
         let Some(file) = params.string("filename")? else {
             let message = format!("{} has no \"filename\"", params.owner);
@@ -294,8 +293,8 @@ impl<'a> TextureBuilder<'a> {
         let scale = params.float("scale", 1.0)?;
         let invert = params.bool("invert", false)?;
         let span = params.get("filename").map_or(params.span, |p| p.span);
-        let image = self.image(file, encoding, span, "magenta is used instead")?;
-        Ok(image.map(|image| ImageMap { image, wrap, filter, mapping, scale, invert }))
+        let image = self.image(file, encoding, span, instead)?;
+        Ok(image.map(|image| ImageMap { to_rec709: image.to_rec709(), image, wrap, filter, mapping, scale, invert }))
     }
 
     /// The image of a file, once for each encoding, of which only the header is read; `None` where that cannot be read (and that was warned about, with
@@ -347,6 +346,15 @@ fn check_lookups(lookups: u32, span: Span) -> Result<()> {
     let message =
         format!("one look-up of this texture takes {lookups} look-ups of others, at most {MOST_LOOKUPS} are made");
     Err(SceneError::at(span, SceneErrorKind::Limit(message)))
+}
+
+/// What is said of a texture whose type is not known, or of those `of_other_kind` alone.
+fn unsupported(name: &str, kind: &str, of_other_kind: &[&str], other_kind: &str, instead: &str) -> String {
+    if of_other_kind.contains(&kind) {
+        format!("a \"{kind}\" texture (\"{name}\") is {other_kind}: {instead} is used instead")
+    } else {
+        format!("texture type \"{kind}\" (\"{name}\") is not supported: {instead} is used instead")
+    }
 }
 
 pub(super) fn bad_word(params: &ParamSet, name: &str, found: &str, expected: &str) -> Box<SceneError> {

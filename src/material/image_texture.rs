@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec2;
+use glam::{Mat3, Vec2};
 
 use super::TexturePoint;
 use super::mip_map::{MipMap, View};
@@ -54,6 +54,8 @@ pub struct ImageMap {
     pub scale: f32,
     /// … and then taken from 1.
     pub invert: bool,
+    /// What colours are multiplied by first, for their primaries.
+    pub to_rec709: Option<Mat3>,
 }
 
 impl ImageMap {
@@ -67,6 +69,7 @@ impl ImageMap {
         let view = self.image.view()?;
         let [r, g, b, _] = self.filtered(&view, &self.mapping.across(point));
         let value = if view.channels == 1 { Rgb::splat(r) } else { Rgb::new(r, g, b) };
+        let value = self.to_rec709.map_or(value, |matrix| Rgb(matrix * value.0));
         let value = value * self.scale;
         let value = if self.invert { Rgb::WHITE - value } else { value };
         Some(value.map(|c| c.max(0.0)))
@@ -195,6 +198,7 @@ mod tests {
             mapping: Mapping2d::IDENTITY,
             scale: 1.0,
             invert: false,
+            to_rec709: None,
         }
     }
 

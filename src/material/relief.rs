@@ -128,6 +128,7 @@ mod tests {
             mapping: Mapping2d::IDENTITY,
             scale: 1.0,
             invert: false,
+            to_rec709: None,
         }
     }
 

@@ -28,7 +28,7 @@ pub enum Mapping2d {
     },
     /// Angles seen from the origin of the texture's space: from +z over π, and about z over 2π.
     Spherical(Affine3A),
-    /// The angle about z over 2π, and what is along z of the unit vector to the point.
+    /// The angle about z over 2π, and z.
     Cylindrical(Affine3A),
 }
 
@@ -62,8 +62,13 @@ impl Mapping2d {
             Self::Uv { scale, .. } => point.footprint.duv.map(|duv| duv * *scale),
             _ => point.footprint.dp.map(|dp| {
                 let change = self.at(&TexturePoint { p: point.p + dp, ..*point }) - st;
-                // Angles go round: the shorter way is meant.
-                if matches!(self, Self::Planar { .. }) { change } else { change - change.round() }
+                // The angle about z goes round: the shorter way is meant.
+                let shorter = |change: f32| change - change.round();
+                match self {
+                    Self::Spherical(_) => Vec2::new(change.x, shorter(change.y)),
+                    Self::Cylindrical(_) => Vec2::new(shorter(change.x), change.y),
+                    Self::Uv { .. } | Self::Planar { .. } => change,
+                }
             }),
         };
         TextureCoordinates { st, change }
@@ -86,8 +91,8 @@ impl Mapping2d {
                 Vec2::new(d.z.clamp(-1.0, 1.0).acos() * FRAC_1_PI, d.y.atan2(d.x).rem_euclid(TAU) / TAU)
             }
             Self::Cylindrical(to_texture) => {
-                let d = to_texture.transform_point3(point.p).normalize_or_zero();
-                Vec2::new((PI + d.y.atan2(d.x)) / TAU, d.z)
+                let p = to_texture.transform_point3(point.p);
+                Vec2::new((PI + p.y.atan2(p.x)) / TAU, p.z)
             }
         }
     }

@@ -6,6 +6,7 @@
 
 mod cie;
 mod color_space;
+mod daylight;
 mod dispersion;
 mod metals;
 
@@ -13,7 +14,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
-pub use color_space::RgbColorSpace;
+pub use color_space::{RgbColorSpace, matrix_to_rec709};
+pub use daylight::white_balance;
 
 use super::Rgb;
 

@@ -9,8 +9,10 @@ mod uniform;
 use glam::DAffine3;
 
 use super::homogeneous::HomogeneousMedium;
+use super::measured::MeasuredMatter;
 use super::{Medium, MediumPoint};
 use crate::math::Rgb;
+use crate::scene::did_you_mean;
 use crate::scene::older::with_upgrade;
 use crate::scene::{MediumEntity, ParamSet, ParamValue, SceneDescription, SceneError, SceneErrorKind, Warnings};
 
@@ -109,6 +111,19 @@ fn coefficient(params: &ParamSet, name: &str, default: Rgb) -> Result<Rgb> {
     Ok(value.map(|c| c.max(0.0)))
 }
 
+/// The measured matter that the parameter `name` names, if it is given; a name that is not known is warned of, as pbrt-v4 does.
+pub fn measured_matter(params: &ParamSet, name: &str, warnings: &mut Warnings) -> Result<Option<MeasuredMatter>> {
+    let Some(matter) = params.string(name)?.filter(|matter| !matter.is_empty()) else { return Ok(None) };
+    let found = MeasuredMatter::named(matter);
+    if found.is_none() {
+        let names: Vec<&str> = MeasuredMatter::names().collect();
+        let message =
+            format!("no measured matter of {} is called \"{matter}\": {}", params.owner, did_you_mean(matter, &names));
+        warnings.add(Some(params.span), message);
+    }
+    Ok(found)
+}
+
 /// Emitted radiance, if given.
 fn radiance(params: &ParamSet, name: &str) -> Result<Option<Rgb>> {
     let value = match params.get(name).map(|p| &p.value) {
@@ -128,6 +143,14 @@ fn factor(params: &ParamSet, name: &str, default: f32) -> Result<f32> {
     if value.is_finite() && value >= 0.0 { Ok(value) } else { Err(wrong(params, name, "must not be negative")) }
 }
 
+/// What is taken from temperatures: `temperatureoffset`, or by its older name `temperaturecutoff`.
+fn temperature_offset(params: &ParamSet, warnings: &mut Warnings) -> Result<f32> {
+    let older = params.float("temperaturecutoff", 0.0)?;
+    let Some(offset) = params.float_opt("temperatureoffset")? else { return Ok(older) };
+    params.warn_ignored("temperaturecutoff", "\"temperatureoffset\" is given too", warnings);
+    Ok(offset)
+}
+
 /// g of the Henyey-Greenstein phase function, strictly between -1 and 1 (what lies beyond ±0.999 is set to that).
 fn anisotropy(params: &ParamSet, warnings: &mut Warnings) -> Result<f32> {
     let g = params.float("g", 0.0)?;
@@ -141,13 +164,15 @@ fn anisotropy(params: &ParamSet, warnings: &mut Warnings) -> Result<f32> {
 }
 
 fn homogeneous(params: &ParamSet, warnings: &mut Warnings) -> Result<Medium> {
-    if let Some(preset) = params.string("preset")? {
-        let message = format!("preset \"{preset}\" is not supported: sigma_a and sigma_s are used instead");
-        warnings.add(Some(params.span), message);
-    }
-    // pbrt-v4's defaults: whole milk, in 1/mm.
-    let sigma_a = coefficient(params, "sigma_a", Rgb::new(0.0011, 0.0024, 0.014))?;
-    let sigma_s = coefficient(params, "sigma_s", Rgb::new(2.55, 3.21, 3.77))?;
+    let [sigma_a, sigma_s] = match measured_matter(params, "preset", warnings)? {
+        Some(matter) => {
+            for name in ["sigma_a", "sigma_s"] {
+                params.warn_ignored(name, "\"preset\" is given too", warnings);
+            }
+            [matter.absorption, matter.scattering]
+        }
+        None => [coefficient(params, "sigma_a", Rgb::WHITE)?, coefficient(params, "sigma_s", Rgb::WHITE)?],
+    };
     let scale = factor(params, "scale", 1.0)?;
     let le = radiance(params, "Le")?.unwrap_or(Rgb::BLACK) * factor(params, "Lescale", 1.0)?;
     let point =
@@ -168,4 +193,47 @@ fn report_bad(params: &ParamSet, grid: &str, bad: u64, strict: bool, warnings: &
     }
     warnings.add(Some(params.span), format!("{message}; they are set to 0"));
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{FileId, Param, Span};
+
+    /// A homogeneous medium of these parameters, and what is warned of.
+    fn made(params: Vec<Param>) -> (MediumPoint, Vec<String>) {
+        let mut warnings = Warnings::default();
+        let params = ParamSet::new("medium \"m\"", SPAN, params);
+        let Ok(Medium::Homogeneous(medium)) = homogeneous(&params, &mut warnings) else { panic!("it is one") };
+        (medium.point, warnings.list().iter().map(|w| w.message.clone()).collect())
+    }
+
+    const SPAN: Span = Span { file: FileId(0), line: 1, column: 1, length: 1 };
+
+    fn float(name: &str, value: f32) -> Param {
+        Param::new(name, "float", ParamValue::Float(vec![value]), SPAN)
+    }
+
+    #[test]
+    fn homogeneous_media_have_coefficients_of_1_or_by_name() {
+        let (plain, said) = made(vec![float("scale", 3.0), float("sigma_a", 0.5)]);
+        assert!(
+            plain.absorption == Rgb::splat(1.5) && plain.scattering == Rgb::splat(3.0) && said.is_empty(),
+            "{said:?}"
+        );
+        let preset = |name: &str| Param::new("preset", "string", ParamValue::String(vec![name.to_owned()]), SPAN);
+        let (skin, said) = made(vec![preset("Skin1"), float("scale", 2.0)]);
+        assert!(skin.absorption == Rgb::new(0.032, 0.17, 0.48) * 2.0 && said.is_empty(), "{said:?}");
+        assert!(skin.scattering == Rgb::new(0.74, 0.88, 1.01) * 2.0);
+        let (other, said) = made(vec![preset("Skim milk"), float("sigma_s", 0.25)]);
+        assert!(
+            other.scattering == Rgb::splat(0.25) && said.len() == 1 && said[0].contains("did you mean Skimmilk?"),
+            "{said:?}"
+        );
+        let (skin, said) = made(vec![preset("Skin1"), float("sigma_s", 9.0)]);
+        assert!(
+            skin.scattering == Rgb::new(0.74, 0.88, 1.01) && said.len() == 1 && said[0].contains("\"sigma_s\""),
+            "{said:?}"
+        );
+    }
 }

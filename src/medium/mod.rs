@@ -4,6 +4,7 @@ pub mod build;
 pub mod emission_points;
 pub mod grid;
 pub mod homogeneous;
+pub mod measured;
 pub mod regions;
 pub mod resolution;
 pub mod tracker;

@@ -66,7 +66,8 @@ impl Job {
         if let Some(&taken) = taught_by.iter().find(|taken| taken.overlaps(&own)) {
             return Err(LessonError::Overlap { path: path_of_lesson(), taken }.into());
         }
-        let texture_share = settings.texture_share(scene_spp).filter(|_| world.materials.has_levels());
+        let finest = scene.options.bool("disabletexturefiltering", false)?;
+        let texture_share = settings.texture_share(scene_spp).filter(|_| world.materials.has_levels() && !finest);
         let mut path = PathSettings { max_depth, light_candidates: 1, tries: 1 };
         let choice = build::ChoicePlan::of(&world.lights, &world.media, settings);
         if settings.plan_only {

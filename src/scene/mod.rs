@@ -18,5 +18,5 @@ pub use name::{Name, Names};
 pub use params::{Param, ParamSet, ParamValue, TextureOr};
 pub(crate) use pbrt::finish::undefined;
 pub use pbrt::load;
-pub(crate) use pbrt::older;
+pub(crate) use pbrt::{did_you_mean, older};
 pub use source::{FileId, Sources, Span};

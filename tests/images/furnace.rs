@@ -178,6 +178,42 @@ fn a_coat_over_white_loses_nothing() {
     shot().assert("coat", &world(1000), 1024, [1.0; 3], 3e-3);
 }
 
+/// Tilted normals turn some light away from where it can go: a white surface may lose by them, and never gains. Nor does what stands for materials that are
+/// not modelled.
+#[test]
+fn relief_and_stand_ins_gain_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("normals.pfm");
+    // Tilted by up to 40° to four sides.
+    let mut pfm = b"PF\n2 2\n-1.0\n".to_vec();
+    for [x, y] in [[0.6f32, 0.0], [0.0, 0.6], [-0.3, 0.0], [0.0, -0.5]] {
+        let z = (1.0 - x * x - y * y).sqrt();
+        pfm.extend([x, y, z].map(|c| 0.5 * c + 0.5).into_iter().flat_map(f32::to_le_bytes));
+    }
+    std::fs::write(&path, pfm).expect("it can be written");
+    let map = format!("\"string normalmap\" \"{}\"", path.display());
+    let bumps = "Texture \"h\" \"float\" \"wrinkled\" Texture \"s\" \"float\" \"scale\" \"float scale\" 0.1 \"texture tex\" \"h\"\n";
+    let bump = "\"texture displacement\" \"s\"";
+    let white = "\"rgb reflectance\" [1 1 1]";
+    for (what, material, least) in [
+        ("a map of normals", format!("Material \"diffuse\" {white} {map}"), 0.85),
+        ("a map of normals on glass", format!("Material \"dielectric\" {map}"), 0.6),
+        ("bumps", format!("{bumps}Material \"diffuse\" {white} {bump}"), 0.85),
+        ("bumps on a coat", format!("{bumps}Material \"coateddiffuse\" {white} \"integer maxdepth\" 1000 {bump}"), 0.6),
+        ("matter that absorbs nothing", "Material \"subsurface\" \"rgb reflectance\" [1 1 1]".to_owned(), 0.95),
+        ("matter by its name", "Material \"subsurface\" \"string name\" \"Spectralon\"".to_owned(), 0.95),
+        ("what was measured", "Material \"measured\"".to_owned(), 0.3),
+    ] {
+        for shape in [SPHERE, CUBE] {
+            let (mean, error) = shot().mean(&format!("{DOME}{material}\n{shape}"), 512);
+            println!("{what}: {mean:?} ± {error:?}");
+            for (mean, error) in mean.into_iter().zip(error) {
+                assert!(error < 5e-3 && mean > least && mean < 1.0 + 5.0 * error + SLACK, "{what}: {mean} ± {error}");
+            }
+        }
+    }
+}
+
 /// A closed room whose walls emit 1 − ρ and reflect ρ is at radiance 1 everywhere.
 #[test]
 fn closed_rooms_are_uniform() {

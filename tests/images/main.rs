@@ -9,6 +9,7 @@ mod analytic;
 mod backends;
 mod cameras;
 mod checkpoints;
+mod colour;
 mod consistency;
 mod curves;
 mod determinism;

@@ -11,25 +11,9 @@ use crate::geometry::{MotionTransform, Shape, ShapeKind};
 
 /// The area of `shape` (not a curve) under `to_render`. Exact but for curved patches and stretched spheres and cylinders (midpoint rule).
 pub fn area(shape: &Shape, to_render: Option<&Affine3A>) -> f32 {
-    let place = |p: Vec3| to_render.map_or(p, |m| m.transform_point3(p));
     let all = |to_shape: &Affine3A| to_render.map_or(*to_shape, |m| *m * *to_shape);
     let sum: f64 = match &shape.kind {
-        ShapeKind::Triangles(mesh) => (0..mesh.indices.len() as u32)
-            .map(|i| {
-                let [p0, p1, p2] = triangle_corners(mesh, i).map(place);
-                f64::from((p1 - p0).cross(p2 - p0).length()) * 0.5
-            })
-            .sum(),
-        ShapeKind::Bilinear(mesh) => (0..mesh.indices.len() as u32)
-            .map(|i| {
-                let corners = patch_corners(mesh, i).map(place);
-                const STEPS: u32 = 4;
-                let middle = |k: u32| (k as f32 + 0.5) / STEPS as f32;
-                let element =
-                    |k| f64::from(patch_area_vector(&corners, [middle(k % STEPS), middle(k / STEPS)]).length());
-                (0..STEPS * STEPS).map(element).sum::<f64>() / f64::from(STEPS * STEPS)
-            })
-            .sum(),
+        ShapeKind::Triangles(_) | ShapeKind::Bilinear(_) => face_areas(shape, to_render).sum(),
         ShapeKind::Sphere(sphere) => f64::from(sphere_area(sphere, &all(&sphere.to_shape))),
         ShapeKind::Cylinder(cylinder) => f64::from(cylinder_area(cylinder, &all(&cylinder.to_shape))),
         ShapeKind::Disk(disk) => {
@@ -41,6 +25,29 @@ pub fn area(shape: &Shape, to_render: Option<&Affine3A>) -> f32 {
         ShapeKind::Curves(_) => 0.0,
     };
     sum as f32
+}
+
+/// The area of each face of a mesh under `to_render`, as [`area`] counts it; nothing of other shapes.
+pub fn face_areas(shape: &Shape, to_render: Option<&Affine3A>) -> impl Iterator<Item = f64> {
+    let place = move |p: Vec3| to_render.map_or(p, |m| m.transform_point3(p));
+    let count = match &shape.kind {
+        ShapeKind::Triangles(_) | ShapeKind::Bilinear(_) => shape.primitive_count(),
+        _ => 0,
+    };
+    (0..count).map(move |i| match &shape.kind {
+        ShapeKind::Triangles(mesh) => {
+            let [p0, p1, p2] = triangle_corners(mesh, i).map(place);
+            f64::from((p1 - p0).cross(p2 - p0).length()) * 0.5
+        }
+        ShapeKind::Bilinear(mesh) => {
+            let corners = patch_corners(mesh, i).map(place);
+            const STEPS: u32 = 4;
+            let middle = |k: u32| (k as f32 + 0.5) / STEPS as f32;
+            let element = |k| f64::from(patch_area_vector(&corners, [middle(k % STEPS), middle(k / STEPS)]).length());
+            (0..STEPS * STEPS).map(element).sum::<f64>() / f64::from(STEPS * STEPS)
+        }
+        _ => 0.0,
+    })
 }
 
 fn sphere_area(sphere: &Sphere, to_render: &Affine3A) -> f32 {

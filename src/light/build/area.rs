@@ -1,7 +1,7 @@
 //! Shapes that emit: `AreaLightSource "diffuse"`.
 //!
 //! An image (`filename`) over the shape's texture coordinates and a photometric file (`ies`) about its normal multiply L. What a mesh emits in
-//! all, and so `power`, counts the image as it lies on the shape.
+//! all, and so `power` (of each face, as in pbrt-v4), counts the image as it lies on the shape.
 
 use std::collections::HashMap;
 use std::f32::consts::PI;
@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use super::{Builder, Result};
 use crate::geometry::sampling::{ShapeSampler, round_sphere, similarity_scale};
-use crate::geometry::{Geometry, InstanceId, MotionTransform, ShapeId, ShapeKind};
+use crate::geometry::{Geometry, InstanceId, MotionTransform, Shape, ShapeId, ShapeKind};
 use crate::light::AreaLight;
 use crate::light::area::extent;
 use crate::light::area::pattern::{DirectionalEmission, EmissionImage, EmissionPattern, ImageMeans, ImageSums};
@@ -52,10 +52,7 @@ impl Builder<'_> {
         emission.power = params.float_opt("power")?.filter(|&power| power > 0.0);
         emission.radiance = self.emission(params, "L")?;
         if let Some(name) = params.string("filename")? {
-            if params.has("L") {
-                let what = "pbrt-v4 refuses \"L\" beside \"filename\": here it multiplies the image";
-                self.warnings.add(Some(params.span), what);
-            }
+            self.warn_of_both(params);
             emission.image = Some(self.emission_image(params, name)?);
         }
         if let Some(profile) = self.profile(params)? {
@@ -139,6 +136,7 @@ impl Builder<'_> {
             light.pattern = Some(Arc::new(pattern));
         }
         if let Some(power) = emission.power {
+            let power = power * self.emitting_faces(shape, transform, span);
             let unit = PI * light.area * if light.two_sided { 2.0 } else { 1.0 };
             light.radiance *= power / if light.pattern.is_some() { unit * mean.luminance() } else { unit };
         }
@@ -149,6 +147,23 @@ impl Builder<'_> {
         }
         light.build_parts(shape, means.as_ref().map(|means| means.weights.as_slice()));
         Ok(light)
+    }
+}
+
+impl Builder<'_> {
+    /// How often `power` counts for a shape: in pbrt-v4 each face of a mesh is a light of its own. Here all faces emit alike, so those that differ in size
+    /// do not each emit what they would there, and that is said.
+    fn emitting_faces(&mut self, shape: &Shape, transform: Option<&MotionTransform>, span: Option<Span>) -> f32 {
+        let placed = transform.map(|t| t.at(0.0));
+        let (mut count, mut least, mut greatest) = (0u32, f64::INFINITY, 0.0f64);
+        for area in extent::face_areas(shape, placed.as_ref()).filter(|&area| area > 0.0) {
+            (count, least, greatest) = (count + 1, least.min(area), greatest.max(area));
+        }
+        if greatest > 1.01 * least {
+            let message = "\"power\" counts for each face of a mesh, as in pbrt-v4; its faces differ in size, and share the sum by area";
+            self.tally.add(span, message);
+        }
+        count.max(1) as f32
     }
 }
 

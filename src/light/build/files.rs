@@ -4,8 +4,11 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use super::{Builder, Result};
-use crate::film::image::{Encoding, Image, read_image};
+use crate::film::image::{Encoding, Image, ImageError, read_image};
+use crate::film::stored_image::read_header;
 use crate::light::area::pattern::{EmissionImage, ImageSums};
 use crate::light::goniometric::IntensityDistribution;
 use crate::light::ies::IesProfile;
@@ -41,6 +44,14 @@ pub(super) struct Colours {
 }
 
 impl Builder<'_> {
+    /// Says so where an image stands beside the colour that it could be in place of.
+    pub(super) fn warn_of_both(&mut self, params: &ParamSet) {
+        if params.has("L") {
+            let what = "pbrt-v4 refuses \"L\" beside \"filename\": here it multiplies the image";
+            self.warnings.add(Some(params.span), what);
+        }
+    }
+
     /// The image `name`; what of it is negative or not finite becomes 0, with a warning. An image that is not there is magenta, as those on surfaces.
     pub(super) fn colours(&mut self, params: &ParamSet, name: &str) -> Result<Colours> {
         let path = self.scene.resolve(name);
@@ -49,13 +60,15 @@ impl Builder<'_> {
             self.warnings.add(Some(params.span), message);
             return Ok(Colours { width: 1, height: 1, pixels: vec![[1.0, 0.0, 1.0]] });
         }
-        let image = read_image(&path, Encoding::Auto).map_err(|error| {
+        let failed = |error: ImageError| {
             let kind = match error.is_limit {
                 true => SceneErrorKind::Limit(error.to_string()),
                 false => SceneErrorKind::File { path: error.path, reason: error.reason },
             };
             SceneError::at(params.span, kind)
-        })?;
+        };
+        let to_rec709 = read_header(&path).map_err(failed)?.to_rec709;
+        let image = read_image(&path, Encoding::Auto).map_err(failed)?;
         // The triples, and what they are chosen by.
         let needed = (image.width * image.height) as u64 * BYTES_A_PIXEL;
         if available().is_some_and(|left| needed > left) {
@@ -63,7 +76,11 @@ impl Builder<'_> {
                 format!("a light's image of {} × {} pixels takes more memory than is left", image.width, image.height);
             return Err(SceneError::at(params.span, SceneErrorKind::Limit(what)));
         }
-        let (pixels, bad) = rgb_pixels(&image);
+        let (mut pixels, bad) = rgb_pixels(&image);
+        if let Some(matrix) = to_rec709 {
+            // What lies outside the gamut comes to its edge, as far as it is negative.
+            pixels.iter_mut().for_each(|pixel| *pixel = (matrix * Vec3::from(*pixel)).max(Vec3::ZERO).into());
+        }
         if bad > 0 {
             let message = format!("{bad} pixels of \"{name}\" are negative or not finite: taken as 0");
             if self.strict {

@@ -29,6 +29,7 @@ impl Builder<'_> {
                 SphereImage::new(Layout::Octahedral, 1, 1, vec![[1.0; 3]])
             }
             Some(name) => {
+                self.warn_of_both(params);
                 let colours = self.colours(params, name)?;
                 self.sphere_image(params, name, colours)?
             }

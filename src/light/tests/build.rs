@@ -111,6 +111,26 @@ fn parameters_mean_what_pbrt_means() {
 }
 
 #[test]
+fn power_counts_for_each_face_of_a_mesh() {
+    let scene = scene(vec![], vec![entity("diffuse", vec![float("power", 5.0)])]);
+    let uneven = ShapeKind::Triangles(TriangleMesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NEG_Y * 3.0],
+        indices: vec![[0, 1, 2], [0, 3, 1], [2, 2, 2]],
+        ..Default::default()
+    });
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X + Vec3::Y];
+    for (kind, faces, warned) in
+        [(quad(Vec3::ZERO, Vec3::X, Vec3::Y), 2.0, 0), (patch(corners), 1.0, 0), (uneven, 2.0, 1)]
+    {
+        let (geometry, _) = one(kind, false, false);
+        let (lights, warnings) = build(&scene, &geometry, &[(ShapeId(0), 0)], false);
+        let power = lights.expect("it is a good scene").power(LightId(0))[0];
+        assert!((power - 5.0 * faces).abs() < 1e-4, "{power} W of {faces} faces");
+        assert_eq!(warnings.list().len(), warned, "{warnings:?}");
+    }
+}
+
+#[test]
 fn a_point_light_may_be_many() {
     let at = |places: Vec<[f32; 3]>| Param::new("P", "point3", ParamValue::Vec3(places), SPAN);
     let colours = |list: &[f32]| {

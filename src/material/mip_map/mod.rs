@@ -16,6 +16,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use glam::Mat3;
+
 use crate::film::image::Encoding;
 use crate::film::stored_image::{ImageHeader, read_stored_within};
 use crate::scene::Span;
@@ -38,6 +40,7 @@ pub struct MipMap {
     /// At most.
     texel_bytes: usize,
     is_grey: bool,
+    to_rec709: Option<Mat3>,
     /// Tells it from all others of this process.
     number: u32,
     texels: OnceLock<Source>,
@@ -83,6 +86,7 @@ impl MipMap {
             levels: Level::all(header.width, header.height).into(),
             texel_bytes: header.pixel_bytes,
             is_grey: header.is_grey,
+            to_rec709: header.to_rec709,
             number: NUMBERS.fetch_add(1, Ordering::Relaxed),
             texels: OnceLock::new(),
             memory: memory.clone(),
@@ -94,7 +98,7 @@ impl MipMap {
     pub fn in_memory(image: crate::film::image::Image) -> Self {
         use crate::film::stored_image::{StoredImage, Values};
         let crate::film::image::Image { width, height, channels, pixels } = image;
-        let header = ImageHeader { width, height, pixel_bytes: 4 * channels, is_grey: channels < 3 };
+        let header = ImageHeader { width, height, pixel_bytes: 4 * channels, is_grey: channels < 3, to_rec709: None };
         let span = Span { file: crate::scene::FileId(0), line: 1, column: 1, length: 1 };
         let memory = Arc::new(TextureMemory::new(Default::default(), true));
         let map = Self::new(PathBuf::new(), Encoding::Linear, span, "", &header, &memory);
@@ -103,6 +107,11 @@ impl MipMap {
             Texels::of(StoredImage { width, height, channels, values, is_float: true }, Encoding::Linear);
         map.texels.set(map.resident_levels(rows, format)).expect("it is new");
         map
+    }
+
+    /// From the primaries of the image to Rec. 709, where it has others.
+    pub fn to_rec709(&self) -> Option<Mat3> {
+        self.to_rec709
     }
 
     /// Width of the image.

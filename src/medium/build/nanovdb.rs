@@ -5,7 +5,7 @@
 
 use glam::DAffine3;
 
-use super::{Result, anisotropy, coefficient, factor, report_bad, wrong};
+use super::{Result, anisotropy, coefficient, factor, report_bad, temperature_offset, wrong};
 use crate::math::Rgb;
 use crate::medium::Medium;
 use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape};
@@ -75,7 +75,7 @@ pub fn nanovdb(
         .ok_or_else(|| wrong(params, "filename", "the file has no grid \"density\"").help(source.list()))?;
     let le_scale = factor(params, "Lescale", 1.0)?;
     let scale = params.float("temperaturescale", 1.0)?;
-    let offset = params.float("temperatureoffset", 0.0)? + params.float("temperaturecutoff", 0.0)?;
+    let offset = temperature_offset(params, warnings)?;
     for (name, value) in [("temperaturescale", scale), ("temperatureoffset", offset)] {
         if !value.is_finite() {
             return Err(wrong(params, name, "must be finite"));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::{Result, anisotropy, coefficient, factor, radiance, report_bad, wrong};
+use super::{Result, anisotropy, coefficient, factor, radiance, report_bad, temperature_offset, wrong};
 use crate::math::Rgb;
 use crate::medium::Medium;
 use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape};
@@ -131,7 +131,7 @@ pub fn uniform_grid(
             report_bad(params, "\"temperature\"", grid.bad_voxels(), strict, warnings)?;
             // pbrt: kelvin = (value − offset) · scale.
             let scale = params.float("temperaturescale", 1.0)?;
-            let offset = params.float("temperatureoffset", 0.0)? + params.float("temperaturecutoff", 0.0)?;
+            let offset = temperature_offset(params, warnings)?;
             let field = lattice.field(ScalarGrid::Single(grid));
             let kelvin = Field { scale, offset: -offset * scale, ..field };
             let table = BlackbodyTable::new(kelvin.bound(kelvin.grid.largest()), BlackbodyScale::Peak);

@@ -18,6 +18,8 @@ mod tests;
 
 use std::path::Path;
 
+pub(crate) use directive::did_you_mean;
+
 use super::{SceneDescription, SceneError, Sources, Warnings};
 
 /// Reads the scene `path` (`.pbrt`, gzipped or not) and all that it includes. `sources` and `warnings` are filled on

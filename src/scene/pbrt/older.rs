@@ -9,7 +9,7 @@ const TYPES: [(&str, &[&str]); 10] = [
     ("AreaLightSource", &["area"]),
     ("Camera", &["environment"]),
     ("Film", &["image"]),
-    ("Integrator", &["ambientocclusion", "directlighting", "whitted"]),
+    ("Integrator", &["directlighting", "whitted"]),
     ("LightSource", &["exinfinite"]),
     (
         "Material",
