@@ -178,8 +178,9 @@ fn a_coat_over_white_loses_nothing() {
     shot().assert("coat", &world(1000), 1024, [1.0; 3], 3e-3);
 }
 
-/// Tilted normals turn some light away from where it can go: a white surface may lose by them, and never gains. Nor does what stands for materials that are
-/// not modelled.
+/// Tilted normals turn some light away from where it can go: a white surface may lose by them, and does not gain; nor does what stands for materials that are
+/// not modelled. But where glass is tilted, what is refracted may stay on its side and what is reflected change over: radiance that is not scaled by the index
+/// squared when it should be, or is when it should not.
 #[test]
 fn relief_and_stand_ins_gain_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -195,20 +196,24 @@ fn relief_and_stand_ins_gain_nothing() {
     let bumps = "Texture \"h\" \"float\" \"wrinkled\" Texture \"s\" \"float\" \"scale\" \"float scale\" 0.1 \"texture tex\" \"h\"\n";
     let bump = "\"texture displacement\" \"s\"";
     let white = "\"rgb reflectance\" [1 1 1]";
-    for (what, material, least) in [
-        ("a map of normals", format!("Material \"diffuse\" {white} {map}"), 0.85),
-        ("a map of normals on glass", format!("Material \"dielectric\" {map}"), 0.6),
-        ("bumps", format!("{bumps}Material \"diffuse\" {white} {bump}"), 0.85),
-        ("bumps on a coat", format!("{bumps}Material \"coateddiffuse\" {white} \"integer maxdepth\" 1000 {bump}"), 0.6),
-        ("matter that absorbs nothing", "Material \"subsurface\" \"rgb reflectance\" [1 1 1]".to_owned(), 0.95),
-        ("matter by its name", "Material \"subsurface\" \"string name\" \"Spectralon\"".to_owned(), 0.95),
-        ("what was measured", "Material \"measured\"".to_owned(), 0.3),
+    for (what, material, [least, most]) in [
+        ("a map of normals", format!("Material \"diffuse\" {white} {map}"), [0.85, 1.0]),
+        ("a map of normals on glass", format!("Material \"dielectric\" {map}"), [0.6, 1.02]),
+        ("bumps", format!("{bumps}Material \"diffuse\" {white} {bump}"), [0.85, 1.0]),
+        (
+            "bumps on a coat",
+            format!("{bumps}Material \"coateddiffuse\" {white} \"integer maxdepth\" 1000 {bump}"),
+            [0.6, 1.0],
+        ),
+        ("matter that absorbs nothing", "Material \"subsurface\" \"rgb reflectance\" [1 1 1]".to_owned(), [0.95, 1.0]),
+        ("matter by its name", "Material \"subsurface\" \"string name\" \"Spectralon\"".to_owned(), [0.95, 1.0]),
+        ("what was measured", "Material \"measured\"".to_owned(), [0.2, 1.0]),
     ] {
         for shape in [SPHERE, CUBE] {
             let (mean, error) = shot().mean(&format!("{DOME}{material}\n{shape}"), 512);
             println!("{what}: {mean:?} ± {error:?}");
             for (mean, error) in mean.into_iter().zip(error) {
-                assert!(error < 5e-3 && mean > least && mean < 1.0 + 5.0 * error + SLACK, "{what}: {mean} ± {error}");
+                assert!(error < 5e-3 && mean > least && mean < most + 5.0 * error + SLACK, "{what}: {mean} ± {error}");
             }
         }
     }
