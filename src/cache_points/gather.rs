@@ -215,7 +215,7 @@ pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec
 }
 
 /// Whether what a light gives changes too fast around a place for one value to stand for it: |x_e − x_p|² ≤ (r_p D)² (the paper's rule),
-/// **ours:** or the edge of a cone passes through, or an intensity that depends on the direction may change within it, or the bounds of a medium that emits are as near.
+/// **ours:** or the edge of a cone passes through, or an intensity that depends on the direction may change within it, or the bounds of a medium that emits or of a light that moves are as near.
 fn is_near(lights: &Lights, light: LightId, place: Site) -> bool {
     let Some(centre) = lights.centre(light) else { return false };
     let to_place = place.p - centre;
@@ -228,6 +228,7 @@ fn is_near(lights: &Lights, light: LightId, place: Site) -> bool {
         LightRef::Spot(spot) => (spot.axis, spot.cos_start.acos(), spot.cos_end.acos(), f32::INFINITY),
         LightRef::Goniometric(light) => (light.axis(), f32::INFINITY, light.cos_end().acos(), light.detail()),
         LightRef::Volume(volume) => return distance - volume.bounds().radius <= place.radius * NEAR_RADII,
+        LightRef::Moving(light) => return distance - light.bounds().radius <= place.radius * NEAR_RADII,
         _ => return false,
     };
     let (angle, spanned) = ((to_place.dot(axis) / distance).clamp(-1.0, 1.0).acos(), (place.radius / distance).asin());

@@ -18,7 +18,7 @@ use self::files::Files;
 use super::linking::LinkRequests;
 use super::linking::labels::Labels;
 use super::spot::cone_power;
-use super::{DistantLight, GoniometricLight, Lights, PointLight, SpotLight};
+use super::{DistantLight, GoniometricLight, Lights, MovingLight, PointLight, SpotLight};
 use crate::geometry::{Geometry, ShapeId};
 use crate::math::Rgb;
 use crate::math::transform::{Decomposed, RenderSpace};
@@ -103,13 +103,44 @@ impl Lights {
 }
 
 impl Builder<'_> {
+    /// A light that moves: what it is in its own space, and how that is placed.
+    fn moving(&mut self, light: &LightEntity) -> Result<()> {
+        let params = &light.entity.params;
+        let key = |world| Decomposed::new(&self.space.from_world(world)).ok_or_else(|| singular(params));
+        let [start, end] = [key(&light.transform.start)?, key(&light.transform.end)?];
+        if start.stretch.determinant() * end.stretch.determinant() < 0.0 {
+            let message = format!("the motion of {} turns it inside out", params.owner);
+            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)));
+        }
+        // What is stretched at the start is so in its own space; from there it is only carried and turned.
+        let stretch = DAffine3 { matrix3: start.stretch, translation: DVec3::ZERO };
+        let others = std::mem::take(&mut self.lights);
+        let built = self.light_at(light, &stretch);
+        let alone = std::mem::replace(&mut self.lights, others);
+        built?;
+        let unstretched = start.stretch.inverse();
+        let [start, end] = [start, end].map(|key| Decomposed { stretch: key.stretch * unstretched, ..key });
+        for still in alone.punctual() {
+            self.lights.add_moving(MovingLight::new(still, start, end));
+        }
+        Ok(())
+    }
+
     fn light(&mut self, light: &LightEntity) -> Result<()> {
         let params = &light.entity.params;
         let span = Some(params.span);
-        if light.transform.is_animated() {
-            self.tally.add(span, "a moving light is not supported: it stands still where it starts");
+        let moves = light.transform.is_animated();
+        if moves && ["point", "spot", "goniometric", "projection"].contains(&light.entity.kind.as_str()) {
+            return self.moving(light);
         }
-        let to_render = self.space.from_world(&light.transform.start);
+        if moves {
+            self.tally.add(span, "a moving light from infinity is not supported: it stays as it starts");
+        }
+        self.light_at(light, &self.space.from_world(&light.transform.start))
+    }
+
+    fn light_at(&mut self, light: &LightEntity, to_render: &DAffine3) -> Result<()> {
+        let params = &light.entity.params;
         if !(to_render.matrix3.determinant().abs() > 0.0
             && to_render.matrix3.is_finite()
             && to_render.translation.is_finite())
@@ -120,10 +151,10 @@ impl Builder<'_> {
             Ok(params.vec3(name)?.map_or(default, |p| Vec3::from(p).as_dvec3()))
         };
         match light.entity.kind.as_str() {
-            "point" if params.has("P") => self.points(params, &to_render)?,
+            "point" if params.has("P") => self.points(params, to_render)?,
             "point" if params.has("ies") => {
                 let from = params.vec3("from")?.unwrap_or_default();
-                self.points_at(params, &to_render, &[from])?;
+                self.points_at(params, to_render, &[from])?;
             }
             "point" => {
                 let p = to_render.transform_point3(point("from", DVec3::ZERO)?).as_vec3();
@@ -138,7 +169,7 @@ impl Builder<'_> {
                 let edge = params.float("conedeltaangle", 5.0)?.clamp(0.0, angle);
                 let (cos_start, cos_end) = ((angle - edge).to_radians().cos(), angle.to_radians().cos());
                 if params.has("ies") {
-                    self.luminaire_in_cone(params, &to_render, p, axis, [cos_start, cos_end])?;
+                    self.luminaire_in_cone(params, to_render, p, axis, [cos_start, cos_end])?;
                     return Ok(());
                 }
                 let intensity = self.emission(params, "I")? * power_scale(params, cone_power(cos_start, cos_end))?;
@@ -152,11 +183,11 @@ impl Builder<'_> {
                 self.lights.add_distant(DistantLight { wi, irradiance });
             }
             "infinite" => {
-                let (orthogonal, _) = turn_and_stretch(params, &to_render)?;
+                let (orthogonal, _) = turn_and_stretch(params, to_render)?;
                 self.infinite(params, orthogonal)?;
             }
-            "goniometric" => self.goniometric(params, &to_render)?,
-            "projection" => self.projection(params, &to_render)?,
+            "goniometric" => self.goniometric(params, to_render)?,
+            "projection" => self.projection(params, to_render)?,
             kind => {
                 let message = format!("light type \"{kind}\" is unknown: the light is left out");
                 let help = "there are point, spot, goniometric, projection, distant, infinite and diffuse area lights";

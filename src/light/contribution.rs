@@ -9,7 +9,8 @@
 use glam::Vec3;
 
 use super::emitters::Emitter;
-use super::{LightId, LightRef, Lights, Receiver};
+use super::moving::Punctual;
+use super::{GoniometricLight, LightId, LightRef, Lights, Receiver, SpotLight};
 
 impl Lights {
     /// An estimate of what the light `id` contributes at `receiver`, unoccluded (luminance of irradiance or fluence): positive
@@ -30,6 +31,7 @@ impl Lights {
             LightRef::Distant(light) => light.irradiance.luminance() * cosine(receiver, light.wi),
             LightRef::Infinite(light) => light.contribution(receiver),
             LightRef::Volume(light) => light.contribution(receiver),
+            LightRef::Moving(light) => light.contribution(receiver),
         };
         usable(value)
     }
@@ -64,6 +66,7 @@ impl Lights {
             LightRef::Spot(light) => Some(light.p),
             LightRef::Goniometric(light) => Some(light.p),
             LightRef::Volume(light) => Some(light.bounds().centre()),
+            LightRef::Moving(light) => Some(light.bounds().centre()),
             LightRef::Distant(_) | LightRef::Infinite(_) => None,
         }
     }
@@ -80,12 +83,27 @@ pub struct Beam {
     pub cos_end: f32,
 }
 
+impl Beam {
+    fn of_spot(light: &SpotLight) -> Self {
+        Self { p: light.p, axis: light.axis, cos_end: light.cos_end }
+    }
+
+    fn of_goniometric(light: &GoniometricLight) -> Self {
+        Self { p: light.p, axis: light.axis(), cos_end: light.cos_end() }
+    }
+}
+
 impl Lights {
-    /// The cone of a spot, or around the light of a point that does not shine alike in all directions.
+    /// The cone of a spot, or around the light of a point that does not shine alike in all directions; of one that moves, in the middle of the exposure.
     pub fn beam(&self, id: LightId) -> Option<Beam> {
         match self.get(id) {
-            LightRef::Spot(light) => Some(Beam { p: light.p, axis: light.axis, cos_end: light.cos_end }),
-            LightRef::Goniometric(light) => Some(Beam { p: light.p, axis: light.axis(), cos_end: light.cos_end() }),
+            LightRef::Spot(light) => Some(Beam::of_spot(light)),
+            LightRef::Goniometric(light) => Some(Beam::of_goniometric(light)),
+            LightRef::Moving(light) => match light.at(0.5) {
+                Punctual::Point(_) => None,
+                Punctual::Spot(light) => Some(Beam::of_spot(&light)),
+                Punctual::Goniometric(light) => Some(Beam::of_goniometric(&light)),
+            },
             _ => None,
         }
     }

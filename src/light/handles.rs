@@ -15,10 +15,11 @@ pub(super) enum Kind {
     Distant,
     Infinite,
     Volume,
+    Moving,
 }
 
 impl Kind {
-    const COUNT: usize = 6;
+    const COUNT: usize = 7;
 }
 
 /// More runs than these are searched no faster than a table is looked up in.
@@ -105,7 +106,7 @@ mod tests {
     #[test]
     fn runs_and_tables_say_the_same() {
         const KINDS: [Kind; Kind::COUNT] =
-            [Kind::Point, Kind::Spot, Kind::Goniometric, Kind::Distant, Kind::Infinite, Kind::Volume];
+            [Kind::Point, Kind::Spot, Kind::Goniometric, Kind::Distant, Kind::Infinite, Kind::Volume, Kind::Moving];
         for runs in 0..=3 * MOST_RUNS {
             let mut handles = Handles::default();
             let mut expected = vec![];

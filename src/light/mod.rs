@@ -15,6 +15,7 @@ mod handles;
 pub mod ies;
 pub mod infinite;
 pub mod linking;
+pub mod moving;
 pub mod point;
 pub mod portal;
 pub mod projection;
@@ -33,6 +34,7 @@ use glam::{Vec2, Vec3};
 use prefetch_index::prefetch_index;
 
 use self::handles::{Handles, Kind};
+use self::moving::Punctual;
 use crate::geometry::trace::Opacity;
 use crate::geometry::{Geometry, InstanceId, ShapeId};
 use crate::math::Rgb;
@@ -44,6 +46,7 @@ pub use environment::Environment;
 pub use goniometric::{GoniometricLight, IntensityDistribution};
 pub use infinite::InfiniteLight;
 pub use linking::{LinkSet, Linking};
+pub use moving::MovingLight;
 pub use point::PointLight;
 pub use portal::Portal;
 pub use sample::{LightEnd, LightSample};
@@ -137,6 +140,7 @@ pub struct Lights {
     distants: Vec<DistantLight>,
     infinites: Vec<InfiniteLight>,
     volumes: Vec<VolumeLight>,
+    moving: Vec<MovingLight>,
     /// By medium, as far as one has a light.
     of_media: Vec<Option<LightId>>,
     infinite: Vec<LightId>,
@@ -171,6 +175,8 @@ pub enum LightRef<'a> {
     Infinite(&'a InfiniteLight),
     /// A medium that emits.
     Volume(&'a VolumeLight),
+    /// A point, perhaps with a cone or the like, that moves.
+    Moving(&'a MovingLight),
 }
 
 impl Lights {
@@ -204,6 +210,7 @@ impl Lights {
             Kind::Distant => LightRef::Distant(&self.distants[index]),
             Kind::Infinite => LightRef::Infinite(&self.infinites[index]),
             Kind::Volume => LightRef::Volume(&self.volumes[index]),
+            Kind::Moving => LightRef::Moving(&self.moving[index]),
         }
     }
 
@@ -272,6 +279,22 @@ impl Lights {
         }
         self.of_media[medium] = Some(id);
         id
+    }
+
+    /// Adds a light that moves.
+    pub fn add_moving(&mut self, light: MovingLight) -> LightId {
+        self.moving.push(light);
+        self.add_other(Kind::Moving)
+    }
+
+    /// Those that are points, with a cone or the like or without, in the order of their ids.
+    fn punctual(&self) -> impl Iterator<Item = Punctual> + '_ {
+        self.ids().filter_map(|id| match self.get(id) {
+            LightRef::Point(light) => Some(Punctual::Point(*light)),
+            LightRef::Spot(light) => Some(Punctual::Spot(*light)),
+            LightRef::Goniometric(light) => Some(Punctual::Goniometric(light.clone())),
+            _ => None,
+        })
     }
 
     /// How many media are lights.
@@ -347,6 +370,7 @@ impl Lights {
             LightRef::Distant(light) => light.sample(),
             LightRef::Infinite(light) => light.sample(p, u, u_part),
             LightRef::Volume(light) => light.sample(p, u, u_part),
+            LightRef::Moving(light) => light.sample(p, time),
         }
     }
 
@@ -419,6 +443,7 @@ impl Lights {
             LightRef::Distant(light) => light.irradiance * disk,
             LightRef::Infinite(light) => light.power(disk),
             LightRef::Volume(light) => light.power(),
+            LightRef::Moving(light) => light.still().power(),
         }
     }
 
@@ -433,6 +458,7 @@ impl Lights {
             LightRef::Distant(light) => light.irradiance.is_black(),
             LightRef::Infinite(light) => light.is_dark(),
             LightRef::Volume(light) => light.is_dark(),
+            LightRef::Moving(light) => light.still().power().is_black(),
         }
     }
 
@@ -451,6 +477,7 @@ impl Lights {
             + self.infinites.capacity() * size_of::<InfiniteLight>()
             + self.infinite.capacity() * size_of::<LightId>()
             + self.volumes.capacity() * size_of::<VolumeLight>()
+            + self.moving.capacity() * size_of::<MovingLight>()
             + self.of_media.capacity() * size_of::<Option<LightId>>()
     }
 

@@ -11,5 +11,6 @@ mod extremes;
 mod learning;
 mod learning_bias;
 mod linking;
+mod moving;
 mod selection;
 mod selectors;

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use crate::light::{AreaLight, LightId, LightRef, Lights};
+use crate::light::{AreaLight, GoniometricLight, LightId, LightRef, Lights, SpotLight};
 
 /// Energies stay between the smallest normal number, so that no light that shines is out of reach, and this, so that sums are finite.
 pub const MAX_ENERGY: f32 = f32::MAX / 4.0;
@@ -45,20 +45,9 @@ impl LightBounds {
         match lights.get(id) {
             LightRef::Area(light) => Some(Self::of_area(light)),
             LightRef::Point(light) => Some(Self::of_point(light.p, light.intensity.luminance())),
-            LightRef::Spot(light) => Some(Self {
-                axis: light.axis,
-                cos_normals: 1.0,
-                cos_emission: light.cos_end,
-                even: false,
-                ..Self::of_point(light.p, light.intensity.luminance())
-            }),
-            LightRef::Goniometric(light) => Some(Self {
-                axis: light.axis(),
-                cos_normals: if light.cos_end() > -1.0 { 1.0 } else { -1.0 },
-                cos_emission: light.cos_end(),
-                even: false,
-                ..Self::of_point(light.p, light.mean_intensity())
-            }),
+            LightRef::Spot(light) => Some(Self::of_spot(light)),
+            LightRef::Goniometric(light) => Some(Self::of_goniometric(light)),
+            LightRef::Moving(light) => Some(*light.bounds()),
             LightRef::Volume(light) => Some(light.bounds()),
             LightRef::Distant(_) | LightRef::Infinite(_) => None,
         }
@@ -77,6 +66,28 @@ impl LightBounds {
             lambertian: false,
             even: true,
             energy: clamp_energy(energy),
+        }
+    }
+
+    /// A point that emits within a cone.
+    pub fn of_spot(light: &SpotLight) -> Self {
+        Self {
+            axis: light.axis,
+            cos_normals: 1.0,
+            cos_emission: light.cos_end,
+            even: false,
+            ..Self::of_point(light.p, light.intensity.luminance())
+        }
+    }
+
+    /// A point with an intensity for each direction.
+    pub fn of_goniometric(light: &GoniometricLight) -> Self {
+        Self {
+            axis: light.axis(),
+            cos_normals: if light.cos_end() > -1.0 { 1.0 } else { -1.0 },
+            cos_emission: light.cos_end(),
+            even: false,
+            ..Self::of_point(light.p, light.mean_intensity())
         }
     }
 
