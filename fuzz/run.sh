@@ -2,7 +2,7 @@
 # Fuzzes every reader that runs in the program's own process: bash fuzz/run.sh [SECONDS [TARGET…]]
 #
 # Builds the targets with stable Rust and g++ (libFuzzer comes with the crate libfuzzer-sys; cargo-fuzz, clang and nightly Rust are not needed), runs
-# each for so many seconds (60), two at a time, and prints a table. Ends with 1 if anything crashed, hung or took too much memory; the file that did it
+# each for so many seconds (60), two for every processor at a time, and prints a table. Ends with 1 if anything crashed, hung or took too much memory; the file that did it
 # is kept. What is found worth keeping by the way is kept too, beside the seeds of fuzz/corpus, and goes on from there the next time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -42,8 +42,9 @@ fuzz() {
         >"$out/logs/$target" 2>&1 || true
 }
 
+most_at_once=$((2 * $(nproc)))
 for target in "${targets[@]}"; do
-    while [ "$(jobs -rp | wc -l)" -ge 2 ]; do wait -n || true; done
+    while [ "$(jobs -rp | wc -l)" -ge "$most_at_once" ]; do wait -n || true; done
     fuzz "$target" &
 done
 wait
