@@ -12,7 +12,7 @@ use super::images::{print_report, run_info_exr};
 use super::render_command::report_end;
 use crate::render::plan::Plan;
 use crate::render::{Job, RenderError, RenderSettings, Timings, load};
-use crate::scene::lint::lint;
+use crate::scene::lint::{lint, lint_lights};
 use crate::scene::{SceneDescription, Sources, Warnings};
 
 /// Runs the command: the kind of file is told by its ending.
@@ -43,6 +43,9 @@ fn scene(
         let job = Job::prepare(&scene, &RenderSettings { plan_only: true, ..Default::default() }, timings, warnings)?;
         Ok((scene, job))
     });
+    if let (true, Ok((_, job))) = (strict, &prepared) {
+        lint_lights(job.world.lights.dark_places(), warnings);
+    }
     if !json {
         print_warnings(warnings, sources);
     }
