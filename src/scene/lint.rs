@@ -2,11 +2,12 @@
 
 mod used;
 
+use std::collections::HashSet;
+
 use self::used::Used;
 use super::{ObjectEntity, ParamValue, SceneDescription, Span, Warnings};
 
-/// Adds a warning for each definition that nothing which is used refers to, for each file that only such definitions name and that is not there, and for what is
-/// seldom meant. Media are not among them: of those that are not used every render tells.
+/// Adds a warning for each definition that nothing which is used refers to, and for what is seldom meant. Media are not among them: of those that are not used every render tells.
 pub fn lint(scene: &SceneDescription, warnings: &mut Warnings) {
     let used = Used::of(scene);
     for (index, material) in scene.materials.iter().enumerate() {
@@ -30,22 +31,24 @@ pub fn lint(scene: &SceneDescription, warnings: &mut Warnings) {
     for system in scene.systems.iter().filter(|system| !system.is_used) {
         warnings.add(Some(system.span), format!("coordinate system \"{}\" is not used", system.name));
     }
-    missing_files(scene, &used, warnings);
     oversights(scene, &used, warnings);
 }
 
-/// Adds a warning for each of the first few directives whose lights emit nothing, but for the first of all, at which it is said how many they are.
-/// `places` are [`crate::light::Lights::dark_places`].
+/// Adds a warning for each of the first few directives whose lights emit nothing: `places` are [`crate::light::Lights::dark_places`]. How many they are
+/// every render tells that chooses among them.
 pub fn lint_lights(places: &[Span], warnings: &mut Warnings) {
-    for place in places.iter().skip(1) {
-        warnings.add(Some(*place), "what this states emits nothing either");
+    for place in places {
+        warnings.add(Some(*place), "a light that is stated here emits nothing");
     }
 }
 
-/// Files that no render looks for, because nothing that is used names them.
-fn missing_files(scene: &SceneDescription, used: &Used<'_>, warnings: &mut Warnings) {
+/// Adds a warning for each file that is not there and only named by what is not used, unless there is a warning at its place already: a render looks for
+/// some of these files and not for others.
+pub fn lint_files(scene: &SceneDescription, warnings: &mut Warnings) {
+    let told: HashSet<Span> = warnings.list().iter().filter_map(|warning| warning.span).collect();
+    let used = Used::of(scene);
     for param in used.unused_entities(scene).flat_map(|entity| entity.params.iter()) {
-        let Some(path) = scene.file_of(param) else { continue };
+        let Some(path) = scene.file_of(param).filter(|_| !told.contains(&param.span)) else { continue };
         let reason = match std::fs::metadata(&path) {
             Ok(metadata) if metadata.is_file() => continue,
             Ok(_) => "not a file".to_owned(),

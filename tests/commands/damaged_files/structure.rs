@@ -22,17 +22,20 @@ impl Offset {
         if self.is_big_endian { digits.iter().fold(0, push) } else { digits.iter().rev().fold(0, push) }
     }
 
+    /// A copy of `whole` in which it is `value`, as far as that has room.
+    pub fn with(&self, whole: &[u8], value: u64) -> Vec<u8> {
+        let mut digits = value.to_le_bytes()[..self.bytes].to_vec();
+        if self.is_big_endian {
+            digits.reverse();
+        }
+        let mut copy = whole.to_vec();
+        copy[self.at..self.at + self.bytes].copy_from_slice(&digits);
+        copy
+    }
+
     /// Copies of `whole` in which it points back, to the beginning, to itself, and beyond everything.
-    pub fn patches(&self, whole: &[u8]) -> [Vec<u8>; 4] {
-        [self.get(whole) / 2, 0, self.at as u64, u64::MAX].map(|value| {
-            let mut digits = value.to_le_bytes()[..self.bytes].to_vec();
-            if self.is_big_endian {
-                digits.reverse();
-            }
-            let mut copy = whole.to_vec();
-            copy[self.at..self.at + self.bytes].copy_from_slice(&digits);
-            copy
-        })
+    fn patches(&self, whole: &[u8]) -> [Vec<u8>; 4] {
+        [self.get(whole) / 2, 0, self.at as u64, u64::MAX].map(|value| self.with(whole, value))
     }
 }
 
