@@ -12,7 +12,7 @@ use super::images::{print_report, run_info_exr};
 use super::render_command::report_end;
 use crate::render::plan::Plan;
 use crate::render::{Job, RenderError, RenderSettings, Timings, load};
-use crate::scene::lint::lint;
+use crate::scene::lint::{lint, lint_files, lint_lights};
 use crate::scene::{SceneDescription, Sources, Warnings};
 
 /// Runs the command: the kind of file is told by its ending.
@@ -35,13 +35,18 @@ fn scene(
     sources: &mut Sources,
     warnings: &mut Warnings,
 ) -> Result<ExitStatus, RenderError> {
-    let loaded = load(path, sources, warnings);
-    if let (true, Ok((scene, _))) = (strict, &loaded) {
-        lint(scene, warnings);
-    }
-    let prepared = loaded.and_then(|(scene, timings)| {
-        let job = Job::prepare(&scene, &RenderSettings { plan_only: true, ..Default::default() }, timings, warnings)?;
-        Ok((scene, job))
+    let prepared = load(path, sources, warnings).and_then(|(scene, timings)| {
+        if strict {
+            lint(&scene, warnings);
+        }
+        let job = Job::prepare(&scene, &RenderSettings { plan_only: true, ..Default::default() }, timings, warnings);
+        if strict {
+            lint_files(&scene, warnings);
+            if let Ok(job) = &job {
+                lint_lights(job.world.lights.dark_places(), warnings);
+            }
+        }
+        Ok((scene, job?))
     });
     if !json {
         print_warnings(warnings, sources);

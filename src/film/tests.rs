@@ -42,6 +42,7 @@ pub(crate) fn scene(camera: Entity, film: Entity, filter: Entity) -> crate::scen
         materials: vec![],
         media: vec![],
         textures: vec![],
+        systems: vec![],
     }
 }
 

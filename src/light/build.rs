@@ -18,7 +18,7 @@ use self::files::Files;
 use super::linking::LinkRequests;
 use super::linking::labels::Labels;
 use super::spot::cone_power;
-use super::{DistantLight, GoniometricLight, Lights, MovingLight, PointLight, SpotLight};
+use super::{DistantLight, GoniometricLight, LightId, Lights, MovingLight, PointLight, SpotLight};
 use crate::geometry::{Geometry, ShapeId};
 use crate::math::Rgb;
 use crate::math::transform::{Decomposed, RenderSpace};
@@ -80,6 +80,9 @@ impl Lights {
         builder.area_lights(emitters)?;
         for (place, &(_, entity)) in emitters.iter().enumerate() {
             labels.set(place, labels.area(entity));
+            if builder.lights.is_dark(LightId(place as u32)) {
+                builder.lights.note_dark(scene.area_lights[entity as usize].span());
+            }
         }
         for light in &scene.lights {
             let label = labels.read(&light.entity.params)?;
@@ -89,6 +92,7 @@ impl Lights {
             if builder.lights.len() > place {
                 labels.set(place, label);
             }
+            builder.note_dark(place, light.entity.span());
             light.entity.params.warn_unused(builder.warnings);
         }
         builder.tally.flush(builder.warnings);
@@ -124,6 +128,13 @@ impl Builder<'_> {
             self.lights.add_moving(MovingLight::new(still, start, end));
         }
         Ok(())
+    }
+
+    /// Remembers `span` if one of the lights from number `first` on is dark.
+    fn note_dark(&mut self, first: usize, span: Span) {
+        if (first..self.lights.len()).any(|light| self.lights.is_dark(LightId(light as u32))) {
+            self.lights.note_dark(span);
+        }
     }
 
     fn light(&mut self, light: &LightEntity) -> Result<()> {

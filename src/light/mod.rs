@@ -39,6 +39,7 @@ use crate::geometry::trace::Opacity;
 use crate::geometry::{Geometry, InstanceId, ShapeId};
 use crate::math::Rgb;
 use crate::medium::MediumId;
+use crate::scene::Span;
 
 pub use area::AreaLight;
 pub use distant::DistantLight;
@@ -128,9 +129,14 @@ impl Receiver {
     }
 }
 
+/// No more places of dark lights are remembered.
+const DARK_PLACES: usize = 8;
+
 /// All lights of a scene.
 #[derive(Default)]
 pub struct Lights {
+    /// Where the first few directives stand whose lights are dark.
+    dark_places: Vec<Span>,
     area: Vec<AreaLight>,
     /// The lights after the area lights.
     others: Handles,
@@ -459,6 +465,18 @@ impl Lights {
             LightRef::Infinite(light) => light.is_dark(),
             LightRef::Volume(light) => light.is_dark(),
             LightRef::Moving(light) => light.still().power().is_black(),
+        }
+    }
+
+    /// Where the first few directives of a scene stand of whose lights one or more [are dark](Lights::is_dark), in the order of the lights.
+    pub fn dark_places(&self) -> &[Span] {
+        &self.dark_places
+    }
+
+    /// Remembers the place of a dark light, unless enough are known.
+    fn note_dark(&mut self, place: Span) {
+        if self.dark_places.len() < DARK_PLACES && !self.dark_places.contains(&place) {
+            self.dark_places.push(place);
         }
     }
 

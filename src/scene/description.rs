@@ -101,6 +101,9 @@ pub struct MaterialEntity {
     pub entity: Entity,
 }
 
+/// The parameters that name files which are not read with the text.
+pub const FILES: [&str; 4] = ["filename", "ies", "lensfile", "normalmap"];
+
 /// The parameters of shapes and media that link lights.
 pub const LINKS: [&str; 3] = ["lights", "excludelights", "addlights"];
 
@@ -130,6 +133,17 @@ pub struct InstanceEntity {
     pub links: Option<Arc<ParamSet>>,
     /// Where.
     pub span: Span,
+}
+
+/// A `CoordinateSystem` directive.
+#[derive(Clone, Debug)]
+pub struct SystemEntity {
+    /// The name.
+    pub name: Name,
+    /// Where.
+    pub span: Span,
+    /// Whether a `CoordSysTransform` returns to it.
+    pub is_used: bool,
 }
 
 /// A whole scene as stated.
@@ -175,6 +189,8 @@ pub struct SceneDescription {
     pub media: Vec<MediumEntity>,
     /// Textures, in the order declared.
     pub textures: Vec<TextureEntity>,
+    /// Coordinate systems, in the order declared.
+    pub systems: Vec<SystemEntity>,
 }
 
 impl SceneDescription {
@@ -186,10 +202,20 @@ impl SceneDescription {
     /// The meshes, images, volumes, lenses and photometric files that parameters name, whether or not anything uses them. Spectrum files, which are read
     /// with the text, are not among them.
     pub fn named_files(&self) -> impl Iterator<Item = PathBuf> {
-        self.files_of(&["filename", "ies", "lensfile", "normalmap"])
+        self.files_of(&FILES)
     }
 
-    /// The files that parameters of these names name.
+    /// The mesh, image, volume, lens or photometric file that a parameter names, if it is one that names a file.
+    pub fn file_of(&self, param: &Param) -> Option<PathBuf> {
+        match &param.value {
+            ParamValue::String(names) if FILES.contains(&param.name.as_str()) => {
+                names.first().map(|name| self.resolve(name))
+            }
+            _ => None,
+        }
+    }
+
+    /// The files that parameters of these names, which are among [`FILES`], name.
     pub fn files_of(&self, parameters: &'static [&str]) -> impl Iterator<Item = PathBuf> {
         let shapes = self.shapes.iter().chain(self.objects.iter().flat_map(|object| &object.shapes));
         let entities = shapes
@@ -200,11 +226,8 @@ impl SceneDescription {
             .chain(self.textures.iter().map(|texture| &texture.entity))
             .chain(self.media.iter().map(|medium| &medium.entity))
             .chain([&self.camera]);
-        let is_file = |param: &&Param| parameters.contains(&param.name.as_str());
-        entities.flat_map(|entity| entity.params.iter()).filter(is_file).filter_map(|param| match &param.value {
-            ParamValue::String(names) => names.first().map(|name| self.resolve(name)),
-            _ => None,
-        })
+        let is_wanted = |param: &&Param| parameters.contains(&param.name.as_str());
+        entities.flat_map(|entity| entity.params.iter()).filter(is_wanted).filter_map(|param| self.file_of(param))
     }
 
     /// The position of the camera in world space at the interval's start.

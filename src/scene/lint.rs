@@ -1,21 +1,23 @@
 //! What a scene states to no effect, and what looks like an oversight: for people who look after scenes, not for renders.
 
+mod used;
+
 use std::collections::HashSet;
 
-use super::{ObjectEntity, ParamSet, ParamValue, SceneDescription, ShapeEntity, Warnings};
+use self::used::Used;
+use super::{ObjectEntity, ParamValue, SceneDescription, Span, Warnings};
 
-/// Adds a warning for each definition that nothing refers to, and for what is seldom meant. Media are not among them: of those that are not used every
-/// render tells.
+/// Adds a warning for each definition that nothing which is used refers to, and for what is seldom meant. Media are not among them: of those that are not used every render tells.
 pub fn lint(scene: &SceneDescription, warnings: &mut Warnings) {
     let used = Used::of(scene);
     for (index, material) in scene.materials.iter().enumerate() {
         let Some(name) = &material.name else { continue };
-        if !used.materials.contains(&index) && !used.names_of_materials.contains(name.as_str()) {
+        if !used.materials.contains(&index) {
             warnings.add(Some(material.entity.span()), format!("material \"{name}\" is not used"));
         }
     }
-    for texture in &scene.textures {
-        if !used.textures.contains(texture.name.as_str()) {
+    for (index, texture) in scene.textures.iter().enumerate() {
+        if !used.textures.contains(&index) {
             warnings.add(Some(texture.entity.span()), format!("texture \"{}\" is not used", texture.name));
         }
     }
@@ -26,60 +28,34 @@ pub fn lint(scene: &SceneDescription, warnings: &mut Warnings) {
             warnings.add(Some(object.span), format!("object \"{}\" is empty", object.name));
         }
     }
+    for system in scene.systems.iter().filter(|system| !system.is_used) {
+        warnings.add(Some(system.span), format!("coordinate system \"{}\" is not used", system.name));
+    }
     oversights(scene, &used, warnings);
 }
 
-/// What is referred to.
-#[derive(Default)]
-struct Used<'a> {
-    materials: HashSet<usize>,
-    /// By mixes.
-    names_of_materials: HashSet<&'a str>,
-    textures: HashSet<&'a str>,
-    objects: HashSet<usize>,
-}
-
-impl<'a> Used<'a> {
-    fn of(scene: &'a SceneDescription) -> Self {
-        let mut used = Self::default();
-        let instances = scene.instances.iter().chain(scene.objects.iter().flat_map(|object| &object.instances));
-        used.objects.extend(instances.map(|instance| instance.object as usize));
-        for shape in shapes(scene) {
-            used.materials.insert(shape.material.0 as usize);
-            used.textures_of(&shape.entity.params);
-        }
-        for light in &scene.lights {
-            used.textures_of(&light.entity.params);
-        }
-        let entities = scene
-            .area_lights
-            .iter()
-            .chain(scene.textures.iter().map(|texture| &texture.entity))
-            .chain(scene.media.iter().map(|medium| &medium.entity));
-        entities.for_each(|entity| used.textures_of(&entity.params));
-        for material in &scene.materials {
-            let params = &material.entity.params;
-            used.textures_of(params);
-            for param in params.iter().filter(|param| param.name == "materials") {
-                if let ParamValue::String(names) = &param.value {
-                    used.names_of_materials.extend(names.iter().map(String::as_str));
-                }
-            }
-        }
-        used
-    }
-
-    fn textures_of(&mut self, params: &'a ParamSet) {
-        for param in params.iter() {
-            if let ParamValue::Texture(name) = &param.value {
-                self.textures.insert(name);
-            }
-        }
+/// Adds a warning for each of the first few directives whose lights emit nothing: `places` are [`crate::light::Lights::dark_places`]. How many they are
+/// every render tells that chooses among them.
+pub fn lint_lights(places: &[Span], warnings: &mut Warnings) {
+    for place in places {
+        warnings.add(Some(*place), "a light that is stated here emits nothing");
     }
 }
 
-fn shapes(scene: &SceneDescription) -> impl Iterator<Item = &ShapeEntity> {
-    scene.shapes.iter().chain(scene.objects.iter().flat_map(|object| &object.shapes))
+/// Adds a warning for each file that is not there and only named by what is not used, unless there is a warning at its place already: a render looks for
+/// some of these files and not for others.
+pub fn lint_files(scene: &SceneDescription, warnings: &mut Warnings) {
+    let told: HashSet<Span> = warnings.list().iter().filter_map(|warning| warning.span).collect();
+    let used = Used::of(scene);
+    for param in used.unused_entities(scene).flat_map(|entity| entity.params.iter()) {
+        let Some(path) = scene.file_of(param).filter(|_| !told.contains(&param.span)) else { continue };
+        let reason = match std::fs::metadata(&path) {
+            Ok(metadata) if metadata.is_file() => continue,
+            Ok(_) => "not a file".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        warnings.add(Some(param.span), format!("cannot read {}: {reason}", path.display()));
+    }
 }
 
 fn oversights(scene: &SceneDescription, used: &Used<'_>, warnings: &mut Warnings) {

@@ -67,6 +67,8 @@ Material \"interface\" Shape \"sphere\"
     println!("{said}");
     let expected = [
         ("3", "\"scale\" is 0"),
+        ("3", "1 of 2 lights emit nothing and are never sampled"),
+        ("3", "a light that is stated here emits nothing"),
         ("4", "2 infinite lights"),
         ("5", "texture \"grey\" is not used"),
         ("8", "material \"other\" is not used"),
@@ -77,10 +79,137 @@ Material \"interface\" Shape \"sphere\"
     for (line, what) in expected {
         assert!(said.lines().any(|said| said.contains(&format!("s.pbrt:{line}:")) && said.contains(what)), "{what}");
     }
-    // And one without a place: how many lights emit nothing.
-    assert_eq!(said.lines().filter(|line| line.starts_with("warning")).count(), expected.len() + 1, "{said}");
+    assert_eq!(said.lines().filter(|line| line.starts_with("warning")).count(), expected.len(), "{said}");
     // What is as it should be has nothing to say.
     let clean = format!("{HEADER}WorldBegin LightSource \"infinite\" Shape \"sphere\"");
     folder.write("clean.pbrt", clean);
     folder.run(&["info", "--strict", "clean.pbrt"]).code(0);
+}
+
+/// What a strict look says of a scene, by line; all of it must have a place.
+fn strictly(folder: &Folder, world: &str) -> Vec<(u32, String)> {
+    folder.write("s.pbrt", format!("{HEADER}WorldBegin {world}"));
+    let said = folder.run(&["info", "--strict", "s.pbrt"]).code(3).err;
+    let placed = |line: &str| {
+        let (line, rest) = line.strip_prefix("warning: s.pbrt:")?.split_once(':')?;
+        Some((line.parse().ok()?, rest.split_once(": ")?.1.to_owned()))
+    };
+    let found: Vec<_> = said.lines().filter(|line| line.starts_with("warning")).map(placed).collect();
+    found.into_iter().map(|place| place.unwrap_or_else(|| panic!("without a place: {said}"))).collect()
+}
+
+#[track_caller]
+fn expect(mut found: Vec<(u32, String)>, expected: &[(u32, &str)]) {
+    found.sort();
+    let same = found.len() == expected.len()
+        && found.iter().zip(expected).all(|(found, expected)| found.0 == expected.0 && found.1.contains(expected.1));
+    assert!(same, "expected {expected:#?}, found {found:#?}");
+}
+
+/// Users that are not used themselves do not count, however long the chain; those that are do.
+#[test]
+fn what_only_unused_things_use_is_unused() {
+    let folder = Folder::new("chains");
+    let world = "LightSource \"infinite\"
+Texture \"a\" \"spectrum\" \"constant\"
+Texture \"b\" \"spectrum\" \"scale\" \"texture tex\" \"a\"
+MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"texture reflectance\" \"b\"
+MakeNamedMaterial \"mix\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"]
+Texture \"c\" \"spectrum\" \"constant\"
+Texture \"d\" \"spectrum\" \"scale\" \"texture tex\" \"c\"
+Texture \"h\" \"float\" \"constant\" \"float value\" 0.5
+MakeNamedMaterial \"n\" \"string type\" \"diffuse\" \"texture reflectance\" \"d\"
+MakeNamedMaterial \"mix2\" \"string type\" \"mix\" \"string materials\" [\"n\" \"n\"]
+NamedMaterial \"mix2\"
+ObjectBegin \"inner\" Shape \"sphere\" \"texture alpha\" \"h\" ObjectEnd
+ObjectBegin \"outer\" ObjectInstance \"inner\" ObjectEnd
+ObjectInstance \"outer\"
+NamedMaterial \"mix\"
+ObjectBegin \"lost\" Shape \"sphere\" ObjectEnd
+ObjectBegin \"around\" ObjectInstance \"lost\" ObjectEnd
+";
+    let unused = [
+        (3, "texture \"a\" is not used"),
+        (4, "texture \"b\" is not used"),
+        (5, "material \"m\" is not used"),
+        (6, "material \"mix\" is not used"),
+        (17, "object \"lost\" has no instance"),
+        (18, "object \"around\" has no instance"),
+    ];
+    expect(strictly(&folder, world), &unused);
+    // One shape more, and all of it is.
+    let world = format!("{world}ObjectInstance \"around\"\n");
+    folder.write("all.pbrt", format!("{HEADER}WorldBegin\n{world}"));
+    let said = folder.run(&["info", "--strict", "all.pbrt"]).err;
+    assert!(!said.contains("is not used") && !said.contains("no instance"), "{said}");
+}
+
+#[test]
+fn files_that_only_unused_things_name_are_looked_for() {
+    let folder = Folder::new("unused-files");
+    folder.write("there.png", "not looked into");
+    std::fs::create_dir(folder.path("folder.png")).expect("a folder");
+    let world = "LightSource \"infinite\" Shape \"sphere\"
+Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"gone.png\"
+Texture \"b\" \"spectrum\" \"imagemap\" \"string filename\" \"there.png\"
+Texture \"c\" \"spectrum\" \"imagemap\" \"string filename\" \"folder.png\"
+MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"string normalmap\" \"normal.png\"
+ObjectBegin \"o\" Material \"diffuse\"
+Shape \"plymesh\" \"string filename\" \"gone.ply\" ObjectEnd
+MakeNamedMedium \"fog\" \"string type\" \"nanovdb\" \"string filename\" \"gone.nvdb\"
+";
+    let expected = [
+        (3, "cannot read gone.png: No such file"),
+        (3, "texture \"a\" is not used"),
+        (4, "texture \"b\" is not used"),
+        (5, "cannot read folder.png: not a file"),
+        (5, "texture \"c\" is not used"),
+        (6, "cannot read normal.png: No such file"),
+        (6, "material \"m\" is not used"),
+        (7, "object \"o\" has no instance"),
+        (8, "cannot read gone.ply: No such file"),
+        (9, "cannot read gone.nvdb: No such file"),
+        (9, "medium \"fog\" is not used"),
+    ];
+    expect(strictly(&folder, world), &expected);
+}
+
+/// One that is stated anew before anything has returned to it is not used either.
+#[test]
+fn coordinate_systems_that_nothing_returns_to_are_told() {
+    let folder = Folder::new("systems");
+    let world = "LightSource \"infinite\" CoordinateSystem \"kept\"
+CoordinateSystem \"twice\"
+CoordinateSystem \"twice\" CoordSysTransform \"twice\"
+CoordinateSystem \"lost\"
+CoordSysTransform \"camera\" CoordSysTransform \"kept\" Shape \"sphere\"
+";
+    let expected = [(3, "coordinate system \"twice\" is not used"), (5, "coordinate system \"lost\" is not used")];
+    expect(strictly(&folder, world), &expected);
+}
+
+/// Each where it stands; however many there are, the first few of them.
+#[test]
+fn lights_that_emit_nothing_are_told_where_they_stand() {
+    let folder = Folder::new("dark");
+    let world = "LightSource \"infinite\"
+AttributeBegin
+AreaLightSource \"diffuse\" \"rgb L\" [0 0 0]
+Shape \"sphere\" Shape \"sphere\" \"float radius\" 2
+AttributeEnd
+LightSource \"point\"
+LightSource \"point\" \"rgb I\" [0 0 0]
+LightSource \"distant\" \"rgb L\" [0 0 0]
+";
+    let expected = [
+        (4, "4 of 6 lights emit nothing and are never sampled"),
+        (4, "emits nothing"),
+        (8, "emits nothing"),
+        (9, "emits nothing"),
+    ];
+    expect(strictly(&folder, world), &expected);
+    // So many that they are chosen among by cache points.
+    let many = format!("Shape \"sphere\"\n{}", "LightSource \"point\" \"rgb I\" [0 0 0]\n".repeat(500));
+    let found = strictly(&folder, &format!("{}{many}", "LightSource \"point\"\n".repeat(500)));
+    assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), (503..511).collect::<Vec<_>>());
 }

@@ -1,12 +1,12 @@
 //! What bad input must come to, and whether a run came to that: refused with exit code 3 and a message that names the file and the place, or
 //! rendered; no panic, no hang, no more than 2 s of processor time, 1 GiB in memory or 4 GiB of addresses, and no file left behind by a refused scene.
 
-use std::fmt;
 use std::time::Duration;
 
-use super::{Folder, HEAD, Run};
+use super::tally::{self, Tally};
+use super::{Folder, HEAD};
 
-/// What a run may have in memory, in bytes, where nothing else is said.
+/// What a run may have in memory, in bytes.
 const MOST_MEMORY: u64 = 1 << 30;
 
 /// What a scene must come to.
@@ -28,56 +28,16 @@ pub enum Fate {
 pub use Fate::*;
 
 /// What went wrong in the cases of one test: all of them are told at its end.
+#[derive(Default)]
 pub struct Faults {
     list: Vec<String>,
     tally: Tally,
-    /// The most that a run may have in memory, in bytes.
-    pub memory: u64,
-}
-
-impl Default for Faults {
-    fn default() -> Self {
-        Self { list: vec![], tally: Tally::default(), memory: MOST_MEMORY }
-    }
 }
 
 impl Drop for Faults {
     fn drop(&mut self) {
         let list = &self.list;
         assert!(std::thread::panicking() || list.is_empty(), "{} cases:\n{}", list.len(), list.join("\n----\n"));
-    }
-}
-
-/// What became of many runs.
-#[derive(Clone, Debug, Default)]
-pub struct Tally {
-    runs: usize,
-    refused: usize,
-    crashed: usize,
-    hung: usize,
-    /// Of processor time.
-    slowest: Duration,
-    /// Bytes.
-    largest: u64,
-}
-
-impl Tally {
-    fn add(&mut self, run: &Run) {
-        self.runs += 1;
-        self.refused += usize::from(matches!(run.code, Some(3 | 4)));
-        self.crashed += usize::from(!matches!(run.code, Some(0 | 3 | 4)) && !run.hung);
-        self.hung += usize::from(run.hung);
-        self.slowest = self.slowest.max(run.cpu);
-        self.largest = self.largest.max(run.memory);
-    }
-}
-
-/// As a row of a table: runs, refused, crashed, hung, the slowest, the largest.
-impl fmt::Display for Tally {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { runs, refused, crashed, hung, slowest, largest } = self;
-        let (seconds, mebibytes) = (slowest.as_secs_f64(), largest >> 20);
-        write!(f, "{runs:4} runs, {refused:4} refused, {crashed} crashed, {hung} hung, {seconds:.2} s, {mebibytes} MiB")
     }
 }
 
@@ -89,7 +49,7 @@ impl Faults {
 
     /// The same with its own limit of processor time, in seconds.
     pub fn render_within(&mut self, folder: &Folder, what: &str, fate: Fate, seconds: u32) {
-        if let Err(fault) = render(folder, fate, seconds, self.memory, &mut self.tally) {
+        if let Err(fault) = render(folder, fate, seconds, &mut self.tally) {
             self.list.push(format!("{what}: {fault}"));
         }
     }
@@ -98,14 +58,22 @@ impl Faults {
     pub fn tally(&mut self) -> Tally {
         std::mem::take(&mut self.tally)
     }
+
+    /// Adds the runs so far, with damaged files of this format, to the table of all tests; a new tally begins.
+    pub fn tell(&mut self, format: &'static str) {
+        let tally = self.tally();
+        println!("{format:<10} {tally}");
+        tally::tell(format, &tally);
+    }
 }
 
-fn render(folder: &Folder, fate: Fate, seconds: u32, memory: u64, tally: &mut Tally) -> Result<(), String> {
+fn render(folder: &Folder, fate: Fate, seconds: u32, tally: &mut Tally) -> Result<(), String> {
     let before = folder.listing();
     let arguments =
         ["render", "scene.pbrt", "-o", "out.exr", "--stats", "out.json", "--png", "out.png", "--threads", "1"];
     let run = folder.start_within(&arguments, 4 << 20, seconds).end();
-    tally.add(&run);
+    let allowed = Duration::from_secs(seconds.into());
+    tally.add(&run, allowed);
     let mut after = folder.listing();
     let flat = run.err.split_whitespace().collect::<Vec<_>>().join(" ");
     let check = |holds: bool, what: &str| match holds {
@@ -119,7 +87,8 @@ fn render(folder: &Folder, fate: Fate, seconds: u32, memory: u64, tally: &mut Ta
         let _ = std::fs::remove_file(folder.path(file));
     }
     check(!run.hung, "it hung")?;
-    check(run.memory <= memory, &format!("it had {} MiB in memory", run.memory >> 20))?;
+    check(run.cpu <= allowed, &format!("it took {:.2} s of processor time", run.cpu.as_secs_f64()))?;
+    check(run.memory <= MOST_MEMORY, &format!("it had {} MiB in memory", run.memory >> 20))?;
     check(matches!(run.code, Some(0 | 3 | 4)), "neither done nor refused")?;
     check(written == if run.code == Some(0) { 3 } else { 0 }, "output is missing or left behind")?;
     check(before == after, "files were left behind")?;

@@ -22,5 +22,5 @@ pub use locate::{WORKER_NAME, WORKER_VARIABLE, set_worker};
 pub use read::read_vdb;
 #[doc(hidden)]
 pub use read::take_answer;
-pub use types::{GridClass, GridHeader, GridMap, GridValues, Limits, Tile, VdbError, VdbGrid};
+pub use types::{Bounds, GridClass, GridHeader, GridMap, GridValues, Limits, Tile, VdbError, VdbGrid};
 pub use write::{Compression, Precision, VdbWriter};

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::locate;
 use crate::process::{Failure, Job, Trouble};
-use crate::types::{Limits, VdbError, VdbGrid};
+use crate::types::{Bounds, Limits, VdbError, VdbGrid};
 use crate::wire::{Kind, Receiver, WireError, receive_grid};
 
 /// The first four bytes of every OpenVDB file.
@@ -74,18 +74,17 @@ pub fn read_vdb(path: &Path, limits: &Limits) -> Result<Vec<VdbGrid>, VdbError> 
 }
 
 fn read_with(program: &Path, path: &Path, length: u64, limits: &Limits) -> Result<Vec<VdbGrid>, VdbError> {
-    let (memory, cpu, wall) = limits.resolve(length);
-    let data = limits.data.unwrap_or(memory);
+    let Bounds { memory, data, cpu, wall } = limits.resolve(length);
     let numbers = [memory, data, cpu.as_secs().max(1), u64::from(limits.values)];
     let mut arguments = vec![OsString::from("read")];
     arguments.extend(numbers.map(|n| n.to_string().into()));
     arguments.push(path.into());
-    let job = Job { program, arguments, input: false, budget: memory.min(data), wall };
+    let job = Job { program, arguments, input: false, budget: data, wall };
     let mut grids = job.run(|_, output| receive_all(output)).map_err(|failure| {
         let damaged = |reason: String| VdbError::Damaged { path: path.into(), reason };
         let limit = |reason: String| VdbError::Limit { path: path.into(), reason };
         // Not all of OpenVDB bears being refused memory: where there is little, that is what it most likely broke on.
-        let is_short = limits.data.is_some_and(|data| data < memory);
+        let is_short = limits.data == Some(data);
         let ended =
             |how: &str| format!("the reader {how}, most likely for lack of memory: it may have {} MiB", data >> 20);
         match failure {
@@ -101,7 +100,7 @@ fn read_with(program: &Path, path: &Path, length: u64, limits: &Limits) -> Resul
             Failure::Broken if is_short => limit(ended("broke off")),
             Failure::Crashed(signal) => damaged(format!("the reader crashed with signal {signal}")),
             Failure::Broken => damaged("the reader broke off".into()),
-            Failure::TooMuch => limit(format!("its grids take more than {} MiB", memory.min(data) >> 20)),
+            Failure::TooMuch => limit(format!("its grids take more than {} MiB", data >> 20)),
             Failure::Memory => limit("there is not enough memory for its grids".into()),
         }
     })?;

@@ -63,11 +63,12 @@ pub struct SelectorScratch {
 }
 
 impl LightSelector {
-    /// The selector of this kind for `lights`. Dark lights are left out, with a warning. One light needs no structure.
+    /// The selector of this kind for `lights`. Dark lights are left out, with a warning at the first of them. One light needs no structure.
     pub fn build(kind: SelectorKind, lights: &Lights, warnings: &mut Warnings) -> Self {
         let dark = lights.ids().filter(|&id| lights.is_dark(id)).count();
         if dark > 0 {
-            warnings.add(None, format!("{dark} of {} lights emit nothing and are never sampled", lights.len()));
+            let message = format!("{dark} of {} lights emit nothing and are never sampled", lights.len());
+            warnings.add(lights.dark_places().first().copied(), message);
         }
         let mut live = lights.ids().filter(|&id| !lights.is_dark(id));
         match (live.next(), live.next()) {

@@ -52,6 +52,7 @@ fn scene(lights: Vec<LightEntity>, area_lights: Vec<Entity>) -> SceneDescription
         materials: Vec::new(),
         media: Vec::new(),
         textures: Vec::new(),
+        systems: vec![],
     }
 }
 

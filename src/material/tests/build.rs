@@ -50,6 +50,7 @@ pub(super) fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>
         materials,
         media: vec![],
         textures,
+        systems: vec![],
     }
 }
 

@@ -91,7 +91,7 @@ mod reading {
     /// Reads a file in the worker process.
     pub fn read(path: &Path) -> Result<Vec<VdbGrid>, SceneErrorKind> {
         let length = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
-        let (allowed, ..) = Limits::default().resolve(length);
+        let allowed = Limits::default().resolve(length).memory;
         // No more than is left; but libraries alone need address space.
         let left = available();
         let memory = left.map(|left| allowed.min(left.max(LEAST_ADDRESS_SPACE)));

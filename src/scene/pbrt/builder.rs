@@ -19,7 +19,7 @@ use crate::math::spectrum::RgbColorSpace;
 use crate::math::transform::Animated;
 use crate::scene::{
     Entity, LightEntity, MaterialEntity, ObjectEntity, Param, ParamSet, SceneDescription, SceneError, SceneErrorKind,
-    Span, Warnings, locate,
+    Span, SystemEntity, Warnings, locate,
 };
 use crate::system::memory::available;
 
@@ -102,7 +102,8 @@ pub struct Builder<'a, 'b> {
     is_older: bool,
     state: GraphicsState,
     stack: Vec<Saved>,
-    systems: HashMap<String, Animated>,
+    /// Coordinate systems, with their places among the scene's; `camera` and `world` are there of themselves.
+    systems: HashMap<String, (Animated, Option<usize>)>,
     object: Option<ObjectEntity>,
     object_names: HashMap<String, u32>,
     /// How deeply each object holds others.
@@ -154,6 +155,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             materials: vec![MaterialEntity { name: None, entity: entity("Material", "diffuse") }],
             media: Vec::new(),
             textures: Vec::new(),
+            systems: Vec::new(),
         };
         Self {
             reader,
@@ -283,19 +285,23 @@ impl<'a, 'b> Builder<'a, 'b> {
             }
             D::CoordSysTransform => {
                 let (name, at) = self.reader.expect_string("a coordinate system's name")?;
-                let Some(system) = self.systems.get(&name) else {
+                let Some((system, place)) = self.systems.get(&name) else {
                     let known: Vec<&str> = self.systems.keys().map(String::as_str).take(32).collect();
                     let what = SceneErrorKind::Undefined(format!("no coordinate system is called \"{name}\""));
                     return Err(SceneError::at(at, what).help(did_you_mean(&name, &known)));
                 };
                 // Both keys, whichever are active, as in pbrt-v4.
                 self.state.ctm.restore(system);
+                if let Some(place) = *place {
+                    self.scene.systems[place].is_used = true;
+                }
                 Ok(())
             }
             D::CoordinateSystem => {
                 let (name, _) = self.reader.expect_string("a coordinate system's name")?;
-                self.systems.insert(name, *self.state.ctm.animated());
-                Ok(())
+                let system = SystemEntity { name: self.reader.name(&name), span, is_used: false };
+                self.systems.insert(name, (*self.state.ctm.animated(), Some(self.scene.systems.len())));
+                store(&mut self.scene.systems, system, 0, span)
             }
             D::Film => {
                 self.header.film = Some(self.once(directive, span)?);
@@ -398,7 +404,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::WorldBegin => {
                 self.world = true;
                 self.state.ctm = Default::default();
-                self.systems.insert("world".into(), *self.state.ctm.animated());
+                self.systems.insert("world".into(), (*self.state.ctm.animated(), None));
                 Ok(())
             }
         }
@@ -502,7 +508,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             let what = "the camera's transform cannot be inverted: it flattens space";
             return Err(SceneError::at(span, SceneErrorKind::Parameter(what.into())));
         }
-        self.systems.insert("camera".into(), inverse);
+        self.systems.insert("camera".into(), (inverse, None));
         self.header.camera = Some((entity, transform, self.outside_medium()));
         Ok(())
     }
