@@ -435,6 +435,9 @@ fn samples_of_each_format(dir: &Path) -> Vec<PathBuf> {
         write("c.tga", &encode(::image::ImageFormat::Tga)),
         write("d.hdr", &hdr.into_inner()),
         write("e.pfm", &pfm),
+        write("c.bmp", &encode(::image::ImageFormat::Bmp)),
+        write("c.qoi", &encode(::image::ImageFormat::Qoi)),
+        write("c.ppm", &encode(::image::ImageFormat::Pnm)),
         exr,
     ]
 }
@@ -447,7 +450,7 @@ fn every_format_is_read() {
         assert_eq!((image.width, image.height, image.channels), (16, 8, 3), "{}", path.display());
         let at = |x: usize, y: usize| &image.pixels[(y * 16 + x) * 3..][..3];
         match path.extension().and_then(|e| e.to_str()) {
-            Some("png" | "tga") => {
+            Some("png" | "tga" | "bmp" | "qoi" | "ppm") => {
                 let expected = [160u8, 64, 128].map(|b| srgb_to_linear(f32::from(b) / 255.0));
                 assert!(at(10, 2).iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6));
             }
