@@ -77,7 +77,7 @@ pub struct ImageError {
 }
 
 impl ImageError {
-    pub(super) fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
+    pub(crate) fn new(path: &Path, reason: impl std::fmt::Display) -> Self {
         Self { path: path.to_owned(), reason: reason.to_string(), is_limit: false }
     }
 

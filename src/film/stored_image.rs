@@ -91,17 +91,21 @@ impl StoredImage {
         Image { width, height, channels, pixels }
     }
 
+    /// Whether it is RGBA, and opaque all over.
+    pub fn is_opaque(&self) -> bool {
+        self.channels == 4
+            && match &self.values {
+                Values::Bytes(bytes) => bytes.iter().skip(3).step_by(4).all(|&alpha| alpha == u8::MAX),
+                Values::Floats(floats) => floats.iter().skip(3).step_by(4).all(|&alpha| alpha == 1.0),
+            }
+    }
+
     /// Makes RGBA into RGB if it is opaque all over, as many exporters write (pbrt-v4 does so with its textures).
     pub fn drop_opaque_alpha(&mut self) {
         fn without<T: Copy>(values: &[T]) -> Vec<T> {
             values.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect()
         }
-        let is_opaque = self.channels == 4
-            && match &self.values {
-                Values::Bytes(bytes) => bytes.iter().skip(3).step_by(4).all(|&alpha| alpha == u8::MAX),
-                Values::Floats(floats) => floats.iter().skip(3).step_by(4).all(|&alpha| alpha == 1.0),
-            };
-        if is_opaque {
+        if self.is_opaque() {
             self.values = match &self.values {
                 Values::Bytes(bytes) => Values::Bytes(without(bytes)),
                 Values::Floats(floats) => Values::Floats(without(floats)),
@@ -248,7 +252,12 @@ fn from_others(path: &Path, bytes: Vec<u8>, room: u64) -> Result<StoredImage, Im
     check_size(path, width as usize, height as usize)?;
     let values = width as usize * height as usize * usize::from(decoder.color_type().channel_count());
     check_expansion(values, length).map_err(|e| fail(&e))?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| refuse(path, &e))?;
+    Ok(of_decoded(DynamicImage::from_decoder(decoder).map_err(|e| refuse(path, &e))?))
+}
+
+/// What the crate `image` has read, as it is held here.
+pub(super) fn of_decoded(decoded: DynamicImage) -> StoredImage {
+    let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let colour = decoded.color();
     let (channels, values) = match decoded {
@@ -261,7 +270,7 @@ fn from_others(path: &Path, bytes: Vec<u8>, room: u64) -> Result<StoredImage, Im
         // Through RGB, because the crate turns colours into luminance but greys into exact greys.
         image => (1, Values::Floats(image.into_rgb32f().into_raw().chunks_exact(3).map(|p| p[0]).collect())),
     };
-    Ok(StoredImage { width: width as usize, height: height as usize, channels, values, is_float })
+    StoredImage { width, height, channels, values, is_float }
 }
 
 fn refuse(path: &Path, error: &image::ImageError) -> ImageError {
