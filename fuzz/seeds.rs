@@ -105,7 +105,13 @@ fn pictures() {
         ("rgb16", DynamicImage::ImageRgb16(all.to_rgb16())),
     ];
     for (name, picture) in kinds {
-        for (ending, format) in [("png", ImageFormat::Png), ("tga", ImageFormat::Tga)] {
+        for (ending, format) in [
+            ("png", ImageFormat::Png),
+            ("tga", ImageFormat::Tga),
+            ("bmp", ImageFormat::Bmp),
+            ("qoi", ImageFormat::Qoi),
+            ("pnm", ImageFormat::Pnm),
+        ] {
             let mut bytes = Cursor::new(Vec::new());
             if picture.write_to(&mut bytes, format).is_ok() {
                 put("image", &format!("{name}.{ending}"), bytes.into_inner());
@@ -117,6 +123,11 @@ fn pictures() {
         picture.write_with_encoder(JpegEncoder::new_with_quality(&mut bytes, 60)).expect("it can be encoded");
         put("image", name, bytes);
     }
+    for (name, text) in [("bits.pbm", "P1 # c\n3 2\n1 0 1\n010\n"), ("words.ppm", "P3 2 1 1023\n0 512 1023 1 2 3\n")] {
+        put("image", name, text);
+    }
+    let packed = b"P7\nWIDTH 2\nHEIGHT 1\nDEPTH 2\nMAXVAL 255\nTUPLTYPE GRAYSCALE_ALPHA\nENDHDR\n\x01\x80\xff\x00";
+    put("image", "grey-alpha.pam", packed);
     let mut hdr = Vec::new();
     let radiance: Vec<Rgb<f32>> = (0..16 * 3).map(|i| Rgb([i as f32, 0.5, 100.0])).collect();
     HdrEncoder::new(&mut hdr).encode(&radiance, 16, 3).expect("it can be encoded");

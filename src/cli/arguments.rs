@@ -169,7 +169,7 @@ pub struct RenderArguments {
     /// Write statistics as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// Refuse damaged data, such as voxels that are not finite or images that cannot be read, instead of replacing it with a warning.
+    /// Refuse damaged data, such as voxels that are not finite, images that cannot be read or lists of the wrong length, instead of replacing it with a warning.
     #[arg(long)]
     pub strict: bool,
     /// Print errors only.

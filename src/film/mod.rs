@@ -10,6 +10,7 @@ pub mod gbuffer;
 pub mod image;
 pub mod merge;
 pub mod pfm;
+pub mod png_rows;
 pub mod settings;
 mod signed;
 pub mod stored_image;

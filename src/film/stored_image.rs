@@ -1,6 +1,6 @@
 //! Image files as they are stored: bytes stay bytes, until somebody wants light.
 //!
-//! Formats are told by content: PNG, JPEG, TGA and Radiance HDR through the crate `image`, OpenEXR through [`super::exr`],
+//! Formats are told by content: PNG, JPEG, TGA, BMP, QOI, PNM and Radiance HDR through the crate `image`, OpenEXR through [`super::exr`],
 //! PFM by [`super::pfm`]. TGA has no signature, so what nothing else claims is tried as TGA if it is named so.
 
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
@@ -93,17 +93,21 @@ impl StoredImage {
         Image { width, height, channels, pixels }
     }
 
+    /// Whether it is RGBA, and opaque all over.
+    pub fn is_opaque(&self) -> bool {
+        self.channels == 4
+            && match &self.values {
+                Values::Bytes(bytes) => bytes.iter().skip(3).step_by(4).all(|&alpha| alpha == u8::MAX),
+                Values::Floats(floats) => floats.iter().skip(3).step_by(4).all(|&alpha| alpha == 1.0),
+            }
+    }
+
     /// Makes RGBA into RGB if it is opaque all over, as many exporters write (pbrt-v4 does so with its textures).
     pub fn drop_opaque_alpha(&mut self) {
         fn without<T: Copy>(values: &[T]) -> Vec<T> {
             values.chunks_exact(4).flat_map(|pixel| &pixel[..3]).copied().collect()
         }
-        let is_opaque = self.channels == 4
-            && match &self.values {
-                Values::Bytes(bytes) => bytes.iter().skip(3).step_by(4).all(|&alpha| alpha == u8::MAX),
-                Values::Floats(floats) => floats.iter().skip(3).step_by(4).all(|&alpha| alpha == 1.0),
-            };
-        if is_opaque {
+        if self.is_opaque() {
             self.values = match &self.values {
                 Values::Bytes(bytes) => Values::Bytes(without(bytes)),
                 Values::Floats(floats) => Values::Floats(without(floats)),
@@ -146,7 +150,7 @@ pub struct ImageHeader {
     pub to_rec709: Option<Mat3>,
 }
 
-/// Reads PNG, JPEG, TGA, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA. Of an OpenEXR file it takes `R G B (A)`,
+/// Reads PNG, JPEG, TGA, BMP, QOI, PNM, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA. Of an OpenEXR file it takes `R G B (A)`,
 /// or `Y`, or the only channel there is.
 pub fn read_stored(path: &Path) -> Result<StoredImage, ImageError> {
     read_stored_within(path, 0)
@@ -258,7 +262,12 @@ fn from_others(path: &Path, bytes: Vec<u8>, room: u64) -> Result<StoredImage, Im
     check_size(path, width as usize, height as usize)?;
     let values = width as usize * height as usize * usize::from(decoder.color_type().channel_count());
     check_expansion(values, length).map_err(|e| fail(&e))?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| refuse(path, &e))?;
+    Ok(of_decoded(DynamicImage::from_decoder(decoder).map_err(|e| refuse(path, &e))?))
+}
+
+/// What the crate `image` has read, as it is held here.
+pub(super) fn of_decoded(decoded: DynamicImage) -> StoredImage {
+    let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let colour = decoded.color();
     let (channels, values) = match decoded {
@@ -271,7 +280,7 @@ fn from_others(path: &Path, bytes: Vec<u8>, room: u64) -> Result<StoredImage, Im
         // Through RGB, because the crate turns colours into luminance but greys into exact greys.
         image => (1, Values::Floats(image.into_rgb32f().into_raw().chunks_exact(3).map(|p| p[0]).collect())),
     };
-    Ok(StoredImage { width: width as usize, height: height as usize, channels, values, is_float })
+    StoredImage { width, height, channels, values, is_float }
 }
 
 fn refuse(path: &Path, error: &image::ImageError) -> ImageError {
@@ -291,7 +300,7 @@ fn decoder<'a>(
     if reader.format().is_none() {
         let is_tga = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
         if !is_tga {
-            return Err(fail(&"not a PNG, JPEG, TGA, Radiance HDR, PFM or OpenEXR file"));
+            return Err(fail(&"not a PNG, JPEG, TGA, BMP, QOI, PNM, Radiance HDR, PFM or OpenEXR file"));
         }
         reader.set_format(ImageFormat::Tga);
     }

@@ -7,6 +7,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::exr::{read_exr_layers, write_exr};
 use super::image::{Encoding, Image, linear_to_srgb, read_image, read_image_bytes, srgb_to_linear, write_png};
+use super::png_rows::PngRows;
+use super::stored_image::{Values, read_stored};
 use super::*;
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
@@ -434,6 +436,9 @@ fn samples_of_each_format(dir: &Path) -> Vec<PathBuf> {
         write("a.png", &encode(::image::ImageFormat::Png)),
         write("b.jpg", &encode(::image::ImageFormat::Jpeg)),
         write("c.tga", &encode(::image::ImageFormat::Tga)),
+        write("c.bmp", &encode(::image::ImageFormat::Bmp)),
+        write("c.qoi", &encode(::image::ImageFormat::Qoi)),
+        write("c.ppm", &encode(::image::ImageFormat::Pnm)),
         write("d.hdr", &hdr.into_inner()),
         write("e.pfm", &pfm),
         exr,
@@ -448,7 +453,7 @@ fn every_format_is_read() {
         assert_eq!((image.width, image.height, image.channels), (16, 8, 3), "{}", path.display());
         let at = |x: usize, y: usize| &image.pixels[(y * 16 + x) * 3..][..3];
         match path.extension().and_then(|e| e.to_str()) {
-            Some("png" | "tga") => {
+            Some("png" | "tga" | "bmp" | "qoi" | "ppm") => {
                 let expected = [160u8, 64, 128].map(|b| srgb_to_linear(f32::from(b) / 255.0));
                 assert!(at(10, 2).iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6));
             }
@@ -483,6 +488,41 @@ fn truncated_and_damaged_files_are_refused_without_panic() {
             let _ = read_image_bytes(&path, damaged, Encoding::Auto);
         }
     }
+}
+
+#[test]
+fn rows_of_damaged_files_are_those_of_the_whole() {
+    let dir = folder();
+    let path = dir.path().join("a.png");
+    let image = ::image::RgbaImage::from_fn(16, 8, |x, y| ::image::Rgba([x as u8 * 16, y as u8 * 32, 128, x as u8]));
+    image.save(&path).expect("written");
+    let bytes = std::fs::read(&path).expect("there");
+    let mut stream = Stream::from_seed(12);
+    let mut compared = 0;
+    for damages in 0..400 {
+        let mut damaged = bytes.clone();
+        for _ in 0..damages % 4 {
+            let at = (stream.next_f32() * bytes.len() as f32) as usize;
+            damaged[at] = (stream.next_f32() * 256.0) as u8;
+        }
+        if damages % 5 == 4 {
+            damaged.truncate((stream.next_f32() * bytes.len() as f32) as usize);
+        }
+        std::fs::write(&path, &damaged).expect("written");
+        let Some(mut rows) = PngRows::open(&path, [16, 8]) else { continue };
+        let rows: Result<Vec<_>, _> = (0..8).map(|_| rows.next_row()).collect();
+        let whole = read_stored(&path);
+        assert!(rows.is_ok() || whole.is_err(), "{whole:?}");
+        if let (Ok(rows), Ok(whole)) = (rows, whole) {
+            compared += 1;
+            let Values::Bytes(whole) = whole.values else { panic!("they are bytes") };
+            for (row, whole) in rows.iter().zip(whole.chunks_exact(64)) {
+                assert_eq!(row.values, Values::Bytes(whole.into()));
+            }
+        }
+    }
+    assert!(compared >= 80, "{compared}");
+    assert!(PngRows::open(&dir.path().join("none.png"), [16, 8]).is_none());
 }
 
 #[test]

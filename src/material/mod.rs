@@ -231,7 +231,7 @@ impl Materials {
     /// # Errors
     /// As [`Self::report_images`].
     pub fn settle_images(&self, warnings: &mut Warnings) -> Result<(), Box<SceneError>> {
-        self.memory.settle(self.loader.images());
+        self.memory.settle(self.loader.images(), warnings);
         self.report_images(warnings)
     }
 

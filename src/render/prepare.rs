@@ -37,6 +37,10 @@ impl Job {
         warnings: &mut Warnings,
         lesson: Option<Lesson>,
     ) -> Result<Self, RenderError> {
+        // What the text is at fault in, before anything is built.
+        if settings.strict {
+            warnings.refuse_faults()?;
+        }
         let film = FilmSettings::build(scene, &settings.film, warnings)?;
         let space = crate::math::transform::RenderSpace { origin: scene.camera_position() };
         let camera = Camera::build(scene, &film, &space, warnings)?;
@@ -56,6 +60,9 @@ impl Job {
         settings.warn_ignored(warnings);
         let backend = settings.backend.unwrap_or(Backend::DEFAULT);
         let mut world = build::build_world(scene, settings, &film, backend, &mut timings, warnings)?;
+        if settings.strict {
+            warnings.refuse_faults()?;
+        }
         for defaults in &scene.defaults {
             defaults.warn_unused(warnings);
         }

@@ -91,6 +91,8 @@ const MOST_WARNINGS: usize = 10_000;
 pub struct Warnings {
     list: Vec<Warning>,
     said: HashSet<Warning>,
+    /// The first fault that was passed over: where, and what.
+    fault: Option<(Span, String)>,
 }
 
 impl Warnings {
@@ -108,6 +110,24 @@ impl Warnings {
         }
     }
 
+    /// Adds a warning of a fault at `span`, `what`, that is passed over as `instead` says, unless the render is a strict one.
+    pub fn add_fault(&mut self, span: Span, what: String, instead: &str) {
+        self.add(Some(span), format!("{what}: {instead}"));
+        self.fault.get_or_insert((span, what));
+    }
+
+    /// Refuses what [`Self::add_fault`] passed over.
+    ///
+    /// # Errors
+    /// `Parameter` at the first fault.
+    pub fn refuse_faults(&self) -> Result<(), Box<SceneError>> {
+        match &self.fault {
+            Some((span, what)) => Err(SceneError::at(*span, SceneErrorKind::Parameter(what.clone()))
+                .help("without --strict it is passed over, with a warning")),
+            None => Ok(()),
+        }
+    }
+
     /// All warnings so far.
     pub fn list(&self) -> &[Warning] {
         &self.list
@@ -117,6 +137,19 @@ impl Warnings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_fault_is_refused_with_its_place() {
+        let at = |line| Span { file: crate::scene::FileId(0), line, column: 1, length: 1 };
+        let mut warnings = Warnings::default();
+        warnings.add(Some(at(1)), "no fault");
+        assert!(warnings.refuse_faults().is_ok());
+        warnings.add_fault(at(2), "bad".to_owned(), "it is left out");
+        warnings.add_fault(at(3), "worse".to_owned(), "it is left out");
+        assert_eq!(warnings.list()[1].message, "bad: it is left out");
+        let error = warnings.refuse_faults().expect_err("there are faults");
+        assert_eq!((error.span, error.to_string()), (Some(at(2)), "bad".to_owned()));
+    }
 
     #[test]
     fn warnings_do_not_fill_the_memory() {

@@ -77,7 +77,7 @@ fn nonsensical_shapes() {
         ),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 -1]", Refused("indices")),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]", Refused("indices")),
-        ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1]", Refused("indices")),
+        ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1]", Warned("cut off")),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"point3 P\" [0 0 0]", Refused("\"P\"")),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2]", Refused("groups of 3")),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 nan 0 0 0 1 0] \"integer indices\" [0 1 2]", Refused("nan")),
@@ -89,11 +89,11 @@ fn nonsensical_shapes() {
         ),
         (
             "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"normal3 N\" [0 0 1] \"integer indices\" [0 1 2]",
-            Refused("\"N\""),
+            Warned("\"N\" has 1 values"),
         ),
         (
             "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"point2 uv\" [0 0] \"integer indices\" [0 1 2]",
-            Refused("\"uv\""),
+            Warned("\"uv\" has 1 values"),
         ),
         ("Shape \"trianglemesh\" \"point3 P\" [-3e38 0 0 3e38 0 0 0 3e38 0] \"integer indices\" [0 1 2]", Orderly),
         ("Shape \"bilinearmesh\" \"point3 P\" [0 0 0 0 0 0 0 0 0 0 0 0]", Renders),
@@ -158,11 +158,35 @@ fn nonsensical_shapes() {
             Refused("instance"),
         ),
         ("ActiveTransform EndTime\nTranslate 1e30 0 0\nActiveTransform All\nShape \"sphere\"", Refused("beyond")),
-        ("AttributeEnd", Refused("AttributeEnd")),
+        ("AttributeEnd", Warned("AttributeEnd without its begin")),
+        ("CoordSysTransform \"nowhere\"\nShape \"sphere\"", Warned("nowhere")),
         ("ObjectEnd", Refused("ObjectEnd")),
         ("WorldBegin\nWorldBegin", Refused("WorldBegin")),
         ("Include \"scene.pbrt\"", Refused("scene.pbrt")),
     ]);
+}
+
+/// What pbrt-v4 passes over with a warning: so does a render, with the place, unless it is a strict one.
+#[test]
+fn faults_that_are_passed_over_are_refused_by_strict_renders() {
+    let folder = Folder::new("passed-over");
+    let line = HEAD.lines().count() + 1;
+    let place = format!("scene.pbrt:{line}");
+    for (text, said) in [
+        ("AttributeEnd", "AttributeEnd"),
+        ("CoordSysTransform \"nowhere\"", "nowhere"),
+        (triangle!("\"integer indices\" [0 1 2 0]"), "indices"),
+        (triangle!("\"point2 uv\" [0 0]"), "uv"),
+        (triangle!("\"normal3 N\" [0 0 1]"), "\"N\""),
+    ] {
+        folder.write("scene.pbrt", format!("{HEAD}{text}\nShape \"sphere\"\n"));
+        let render = ["render", "scene.pbrt", "-o", "out.exr"];
+        folder.run(&render).code(0).says(&place).says(said);
+        std::fs::remove_file(folder.path("out.exr")).expect("an image was written");
+        folder.run(&[&render[..], &["--strict"]].concat()).code(3).says(&place).says(said).says("--strict");
+        assert!(!folder.listing().contains_key("out.exr"), "{text}");
+        folder.run(&["info", "scene.pbrt", "--strict"]).code(3).says(&place).says(said);
+    }
 }
 
 #[test]

@@ -154,6 +154,9 @@ fn damaged_images_are_survived() {
     survive_image("png", &picture(image::ImageFormat::Png), 10);
     survive_image("jpg", &picture(image::ImageFormat::Jpeg), 20);
     survive_image("tga", &picture(image::ImageFormat::Tga), 30);
+    survive_image("bmp", &picture(image::ImageFormat::Bmp), 32);
+    survive_image("qoi", &picture(image::ImageFormat::Qoi), 34);
+    survive_image("ppm", &picture(image::ImageFormat::Pnm), 36);
     let mut hdr = Cursor::new(Vec::new());
     let radiance: Vec<image::Rgb<f32>> = (0..256).map(|i| image::Rgb([i as f32, 0.5, 100.0])).collect();
     image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&radiance, 16, 16).expect("it can be encoded");

@@ -104,6 +104,30 @@ fn tiles_of_textures_make_way() {
     assert!(folder.json("s.json")["texture_cache"]["reads"].as_u64() > Some(0));
 }
 
+/// A picture that takes more than all textures may have, twice that to read and as much again for its levels, is cut row by row.
+#[test]
+fn an_image_larger_than_the_memory_is_cut_within_it() {
+    let folder = Folder::new("memory-picture");
+    let image = image::RgbImage::from_fn(6000, 6000, |x, y| image::Rgb([x as u8, (y ^ x) as u8, (x * y / 64) as u8]));
+    image.save(folder.path("0.png")).expect("the image can be written");
+    drop(image);
+    folder.write(
+        "s.pbrt",
+        "Camera \"perspective\" Film \"rgb\" \"integer xresolution\" 40 \"integer yresolution\" 40\n\
+         Sampler \"zsobol\" \"integer pixelsamples\" 4\nWorldBegin LightSource \"infinite\"\n\
+         Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"0.png\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\"\n\
+         Shape \"bilinearmesh\" \"point3 P\" [-2 -2 1  2 -2 1  -2 2 1  2 2 1]\n",
+    );
+    let render = ["render", "s.pbrt", "-o", "out.exr", "--stats", "s.json", "--texture-memory"];
+    folder.start_within(&[&render[..], &["1GiB"]].concat(), 16 << 20, 60).end().code(0);
+    let (whole, free) = (pixels(&folder, "out.exr"), peak(&folder));
+    folder.start_within(&[&render[..], &["32MiB"]].concat(), 16 << 20, 60).end().code(0);
+    let within = peak(&folder);
+    println!("{free} bytes with memory for all of it, {within} with 32 MiB");
+    assert!(free > 200 << 20 && within < 100 << 20, "{free} {within}");
+    assert!(pixels(&folder, "out.exr") == whole);
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn checkpoints_take_no_copy_under_a_limit() {

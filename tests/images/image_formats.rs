@@ -5,7 +5,9 @@ use std::io::Write;
 use std::path::Path;
 
 use exr::prelude::*;
-use image::codecs::{hdr::HdrEncoder, jpeg::JpegEncoder, png::PngEncoder, tga::TgaEncoder};
+use image::codecs::{
+    bmp::BmpEncoder, hdr::HdrEncoder, jpeg::JpegEncoder, png::PngEncoder, qoi::QoiEncoder, tga::TgaEncoder,
+};
 use image::{ExtendedColorType, ImageEncoder};
 
 use lanternfish::render::TextureLevels;
@@ -186,6 +188,12 @@ fn images_of_bytes() {
     TgaEncoder::new(&mut tga).write_image(&flat, size.0, size.1, ExtendedColorType::Rgb8).expect("a TGA");
     assert_albedo("TGA", "spectrum", &named(&write("i.tga", tga.clone()), ""), &srgb, 1e-6);
     assert_albedo("TGA in capitals", "spectrum", &named(&write("I.TGA", tga), ""), &srgb, 1e-6);
+    let mut bmp = vec![];
+    BmpEncoder::new(&mut bmp).write_image(&flat, size.0, size.1, ExtendedColorType::Rgb8).expect("a BMP");
+    assert_albedo("BMP", "spectrum", &named(&write("i.bmp", bmp), ""), &srgb, 1e-6);
+    let mut qoi = vec![];
+    QoiEncoder::new(&mut qoi).write_image(&flat, size.0, size.1, ExtendedColorType::Rgb8).expect("a QOI");
+    assert_albedo("QOI", "spectrum", &named(&write("i.qoi", qoi), ""), &srgb, 1e-6);
     // JPEG keeps smooth images: one colour, which it rounds.
     let one: Vec<u8> = [200u8, 100, 50].repeat(COUNT);
     let mut jpeg = vec![];
@@ -194,6 +202,41 @@ fn images_of_bytes() {
         .expect("a JPEG");
     let expected = vec![[200u8, 100, 50].map(|c| linear(f32::from(c) / 255.0)); COUNT];
     assert_albedo("JPEG", "spectrum", &named(&write("i.jpg", jpeg), ""), &expected, 0.01);
+}
+
+/// Netpbm's formats: packed and in words, of bits, bytes and 16-bit integers, with a comment and with alpha.
+#[test]
+fn images_of_netpbm() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, content: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).expect("it can be written");
+        path
+    };
+    let flat: Vec<u8> = bytes().concat();
+    let words = |values: &[u8], factor: u32| {
+        values.iter().map(|&v| (u32::from(v) * factor).to_string()).collect::<Vec<_>>().join(" ")
+    };
+    let srgb = decoded(linear);
+    let packed = [b"P6\n# from afar\n3 2\n255\n", flat.as_slice()].concat();
+    assert_albedo("P6", "spectrum", &named(&write("p6.ppm", &packed), ""), &srgb, 1e-6);
+    let text = format!("P3 3 2 255\n{}\n", words(&flat, 1));
+    assert_albedo("P3", "spectrum", &named(&write("p3.ppm", text.as_bytes()), ""), &srgb, 1e-6);
+    let text = format!("P3 3 2 65535\n{}\n", words(&flat, 257));
+    assert_albedo("P3 of 16 bits", "spectrum", &named(&write("wide.ppm", text.as_bytes()), ""), &srgb, 2e-5);
+    let greys: Vec<u8> = bytes().iter().map(|rgb| rgb[0]).collect();
+    let grey: Vec<[f32; 3]> = greys.iter().map(|&v| [linear(f32::from(v) / 255.0); 3]).collect();
+    let packed = [b"P5 3 2 255\n", greys.as_slice()].concat();
+    assert_albedo("P5", "spectrum", &named(&write("p5.pgm", &packed), ""), &grey, 1e-6);
+    // A bit that is set is black; rows begin at whole bytes.
+    let bits = [0.0, 1.0, 0.0, 1.0, 1.0, 0.0].map(|v| [v; 3]);
+    assert_albedo("P4", "spectrum", &named(&write("p4.pbm", b"P4 3 2\n\xa0\x20"), ""), &bits, 1e-6);
+    let rgba: Vec<u8> = bytes().iter().zip(0u8..).flat_map(|(rgb, i)| [rgb[0], rgb[1], rgb[2], 40 * i]).collect();
+    let header = b"P7\nWIDTH 3\nHEIGHT 2\nDEPTH 4\nMAXVAL 255\nTUPLTYPE RGB_ALPHA\nENDHDR\n";
+    let alpha: Vec<[f32; 3]> = (0..COUNT).map(|i| [40.0 * i as f32 / 255.0; 3]).collect();
+    let pam = write("p7.pam", &[header, rgba.as_slice()].concat());
+    assert_albedo("P7", "spectrum", &named(&pam, ""), &srgb, 1e-6);
+    assert_albedo("P7's alpha", "float", &named(&pam, ""), &alpha, 1e-6);
 }
 
 /// What files of floats hold: values that bytes cannot.

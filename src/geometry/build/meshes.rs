@@ -19,8 +19,13 @@ pub(super) struct Vertices<'a> {
 }
 
 impl Placement<'_> {
-    /// The numbers in "indices" in groups of N, each checked against the vertex count.
-    fn groups<const N: usize>(&self, params: &ParamSet, vertices: usize) -> Result<Vec<[u32; N]>> {
+    /// The numbers in "indices" in groups of N, each checked against the vertex count; what is left over is cut off with a warning, as in pbrt-v4.
+    fn groups<const N: usize>(
+        &self,
+        params: &ParamSet,
+        vertices: usize,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<[u32; N]>> {
         let indices = params.integers("indices")?;
         if !params.has("indices") {
             if vertices == N {
@@ -32,7 +37,7 @@ impl Placement<'_> {
         let (groups, rest) = indices.as_chunks::<N>();
         if !rest.is_empty() {
             let what = format!("the number of \"indices\" must be a multiple of {N}, found {}", indices.len());
-            return Err(self.error(params, what));
+            warnings.add_fault(params.span, format!("{}: {what}", params.owner), "those left over are cut off");
         }
         groups
             .iter()
@@ -46,13 +51,22 @@ impl Placement<'_> {
             .collect()
     }
 
-    fn check_counts(&self, params: &ParamSet, vertices: &Vertices) -> Result<()> {
+    /// Leaves lists out that do not go with the points, with a warning, as pbrt-v4 does.
+    fn check_counts(&self, params: &ParamSet, vertices: &mut Vertices, warnings: &mut Warnings) -> Result<()> {
         let points = vertices.positions.len();
-        for (name, count) in [("N", vertices.normals.len()), ("uv", vertices.uvs.len())] {
-            if count != 0 && count != points {
-                let what = format!("\"{name}\" has {count} values for {points} points in \"P\"");
-                return Err(self.error(params, what));
+        let mut goes_with = |name: &str, count: usize| {
+            let goes = count == 0 || count == points;
+            if !goes {
+                let what = format!("{}: \"{name}\" has {count} values for {points} points in \"P\"", params.owner);
+                warnings.add_fault(params.span, what, "they are left out");
             }
+            goes
+        };
+        if !goes_with("N", vertices.normals.len()) {
+            vertices.normals = &[];
+        }
+        if !goes_with("uv", vertices.uvs.len()) {
+            vertices.uvs = &[];
         }
         if let Some(i) = vertices.uvs.iter().position(|uv| !uv.iter().all(|c| c.is_finite())) {
             return Err(self.error(params, format!("\"uv\" number {i} is not finite")));
@@ -104,23 +118,23 @@ fn without_effect(params: &ParamSet) {
 pub(super) fn triangle_mesh(params: &ParamSet, placement: &Placement, warnings: &mut Warnings) -> Result<Kinds> {
     without_effect(params);
     params.warn_ignored("S", "tangents are those of the texture coordinates", warnings);
-    let vertices = stated(params)?;
+    let mut vertices = stated(params)?;
     if let Some(error) = no_points(params, placement, &vertices) {
         return Err(error);
     }
-    placement.check_counts(params, &vertices)?;
-    let indices = placement.groups::<3>(params, vertices.positions.len())?;
+    placement.check_counts(params, &mut vertices, warnings)?;
+    let indices = placement.groups::<3>(params, vertices.positions.len(), warnings)?;
     Ok(vec![placement.triangles(params, &vertices, indices)?])
 }
 
-pub(super) fn bilinear_mesh(params: &ParamSet, placement: &Placement) -> Result<Kinds> {
+pub(super) fn bilinear_mesh(params: &ParamSet, placement: &Placement, warnings: &mut Warnings) -> Result<Kinds> {
     without_effect(params);
-    let vertices = stated(params)?;
+    let mut vertices = stated(params)?;
     if let Some(error) = no_points(params, placement, &vertices) {
         return Err(error);
     }
-    placement.check_counts(params, &vertices)?;
-    let indices = placement.groups::<4>(params, vertices.positions.len())?;
+    placement.check_counts(params, &mut vertices, warnings)?;
+    let indices = placement.groups::<4>(params, vertices.positions.len(), warnings)?;
     Ok(vec![placement.patches(params, &vertices, indices)?])
 }
 
@@ -128,7 +142,7 @@ pub(super) fn bilinear_mesh(params: &ParamSet, placement: &Placement) -> Result<
 const MOST_FACES: u64 = 1 << 26;
 
 /// A subdivision surface, as the triangles and normals it has after "levels".
-pub(super) fn loop_subdivision(params: &ParamSet, placement: &Placement) -> Result<Kinds> {
+pub(super) fn loop_subdivision(params: &ParamSet, placement: &Placement, warnings: &mut Warnings) -> Result<Kinds> {
     without_effect(params);
     let points = params.vec3s("P")?;
     let control = Vertices { positions: points, normals: &[], uvs: &[] };
@@ -139,7 +153,7 @@ pub(super) fn loop_subdivision(params: &ParamSet, placement: &Placement) -> Resu
         levels @ 0..=12 => levels as u32,
         _ => return Err(params.wrong("levels", "from 0 to 12")),
     };
-    let faces = placement.groups::<3>(params, points.len())?;
+    let faces = placement.groups::<3>(params, points.len(), warnings)?;
     if (faces.len() as u64) << (2 * levels) > MOST_FACES {
         let what = format!("{} faces at {levels} levels come to more than {MOST_FACES} triangles", faces.len());
         return Err(SceneError::at(params.span, SceneErrorKind::Limit(what)).help("ask for fewer \"levels\""));
@@ -155,7 +169,12 @@ pub(super) fn loop_subdivision(params: &ParamSet, placement: &Placement) -> Resu
 }
 
 /// A PLY file's triangles, and its quads as bilinear patches: a face's vertices go around, a patch's in rows. Displaced, they are one mesh.
-pub(super) fn ply_mesh(params: &ParamSet, placement: &Placement, base: &dyn Fn(&str) -> PathBuf) -> Result<Kinds> {
+pub(super) fn ply_mesh(
+    params: &ParamSet,
+    placement: &Placement,
+    base: &dyn Fn(&str) -> PathBuf,
+    warnings: &mut Warnings,
+) -> Result<Kinds> {
     let Some(name) = params.string("filename")? else {
         return Err(placement.error(params, "\"filename\" is missing"));
     };
@@ -163,8 +182,8 @@ pub(super) fn ply_mesh(params: &ParamSet, placement: &Placement, base: &dyn Fn(&
         error.span.get_or_insert(params.span);
         error
     })?;
-    let vertices = Vertices { positions: &mesh.positions, normals: &mesh.normals, uvs: &mesh.uvs };
-    placement.check_counts(params, &vertices)?;
+    let mut vertices = Vertices { positions: &mesh.positions, normals: &mesh.normals, uvs: &mesh.uvs };
+    placement.check_counts(params, &mut vertices, warnings)?;
     let count = vertices.positions.len();
     let in_range = |i: &u32| (*i as usize) < count;
     if let Some(bad) = mesh.triangles.as_flattened().iter().chain(mesh.quads.as_flattened()).find(|i| !in_range(i)) {

@@ -62,9 +62,9 @@ pub fn build_shape(
     params.get("alpha");
     let kinds = match entity.entity.kind.as_str() {
         "trianglemesh" => meshes::triangle_mesh(params, &placement, warnings)?,
-        "plymesh" => meshes::ply_mesh(params, &placement, base)?,
-        "loopsubdiv" => meshes::loop_subdivision(params, &placement)?,
-        "bilinearmesh" => meshes::bilinear_mesh(params, &placement)?,
+        "plymesh" => meshes::ply_mesh(params, &placement, base, warnings)?,
+        "loopsubdiv" => meshes::loop_subdivision(params, &placement, warnings)?,
+        "bilinearmesh" => meshes::bilinear_mesh(params, &placement, warnings)?,
         "sphere" => vec![quadrics::sphere(params, &placement)?],
         "disk" => vec![quadrics::disk(params, &placement)?],
         "cylinder" => vec![quadrics::cylinder(params, &placement)?],

@@ -57,16 +57,12 @@ fn what_is_wrong_is_an_error_that_says_so() {
     let cases: Vec<Case> = vec![
         ("trianglemesh", vec![], "\"P\" is missing"),
         ("trianglemesh", vec![("P", points(4))], "\"indices\" are missing"),
-        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1]))], "multiple of 3"),
         ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1, 3]))], "index 3 is out of range"),
         ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, -1, 2]))], "index -1 is out of range"),
-        ("trianglemesh", vec![("P", points(3)), ("N", points(2))], "\"N\" has 2 values for 3 points"),
-        ("trianglemesh", vec![("P", points(3)), ("uv", ParamValue::Vec2(vec![[0.0; 2]]))], "\"uv\" has 1 values"),
         ("trianglemesh", vec![("P", nan)], "number 1 is not finite"),
         ("trianglemesh", vec![("P", huge)], "beyond"),
         ("trianglemesh", vec![("P", floats(1.0))], "expected point3"),
         ("bilinearmesh", vec![("P", points(5))], "\"indices\" are missing"),
-        ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2]))], "multiple of 4"),
         ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2, 9]))], "index 9"),
         ("plymesh", vec![], "\"filename\" is missing"),
         ("plymesh", vec![("filename", word("no.ply"))], "cannot read"),
@@ -99,6 +95,37 @@ fn what_is_wrong_is_an_error_that_says_so() {
     for (kind, params, expected) in cases {
         let message = build(kind, params).expect_err(expected);
         assert!(message.contains(expected), "{message:?} lacks {expected:?}");
+    }
+}
+
+/// As pbrt-v4 does.
+#[test]
+fn lists_that_do_not_go_with_the_points_are_left_out() {
+    let ints = |v: &[i32]| ParamValue::Integer(v.to_vec());
+    let uvs = ParamValue::Vec2(vec![[0.0; 2]]);
+    let cases: Vec<(Case, usize)> = vec![
+        (("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1]))], "multiple of 3, found 2"), 0),
+        (("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1, 2, 1, 2]))], "multiple of 3, found 5"), 1),
+        // What is cut off is looked at by nobody.
+        (("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1, 2, 9]))], "multiple of 3, found 4"), 1),
+        (("trianglemesh", vec![("P", points(3)), ("N", points(2))], "\"N\" has 2 values for 3 points"), 1),
+        (("trianglemesh", vec![("P", points(3)), ("uv", uvs.clone())], "\"uv\" has 1 values"), 1),
+        (("trianglemesh", vec![("P", points(3)), ("uv", ParamValue::Vec2(vec![[0.5; 2]; 4]))], "has 4 values"), 1),
+        (("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2, 3, 0]))], "multiple of 4, found 5"), 1),
+        (("bilinearmesh", vec![("P", points(4)), ("N", points(5))], "\"N\" has 5 values for 4 points"), 1),
+        (("bilinearmesh", vec![("P", points(4)), ("uv", uvs)], "\"uv\" has 1 values"), 1),
+    ];
+    for ((kind, params, expected), faces) in cases {
+        let (shapes, warnings) = build_in(&entity(kind, params), DAffine3::IDENTITY);
+        let found = match &shapes.expect(expected)[0].kind {
+            ShapeKind::Triangles(mesh) => (mesh.indices.len(), mesh.normals.len(), mesh.uvs.len()),
+            ShapeKind::Bilinear(mesh) => (mesh.indices.len(), mesh.normals.len(), mesh.uvs.len()),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(found, (faces, 0, 0), "{expected}");
+        let [warning] = warnings.list() else { panic!("{warnings:?}") };
+        assert!(warning.message.contains(expected), "{warning:?} lacks {expected:?}");
+        assert!(warnings.refuse_faults().expect_err("a fault").to_string().contains(expected));
     }
 }
 

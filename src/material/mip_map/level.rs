@@ -3,6 +3,8 @@
 //! Each level has half the width and height of the one before, rounded down, and a texel of it is the mean of what it covers there: of two by two texels
 //! or, where sizes are odd, of up to three by three, those at its edge in part.
 
+use std::ops::Range;
+
 use super::texels::{Format, Texels};
 
 /// Texels along a tile's sides.
@@ -48,6 +50,11 @@ impl Level {
         }
     }
 
+    /// Tiles side by side.
+    pub fn tiles_across(&self) -> usize {
+        self.tiles_across
+    }
+
     /// How many tiles it is cut into.
     pub fn tiles(&self) -> usize {
         self.tiles_across * self.height.div_ceil(TILE)
@@ -70,13 +77,13 @@ impl Level {
         (tile, y % TILE * self.tile_width + x % TILE)
     }
 
-    /// Copies one tile out of the level's texels in rows.
-    pub fn cut(&self, rows: &Texels, tile: usize, format: &Format, out: &mut [u8]) {
+    /// Copies one tile out of the level's texels in rows, those from row `first` on.
+    pub fn cut(&self, rows: &Texels, first: usize, tile: usize, format: &Format, out: &mut [u8]) {
         let size = format.texel_bytes();
         let (x0, y0) = (tile % self.tiles_across * TILE, tile / self.tiles_across * TILE);
         let width = self.tile_width.min(self.width - x0);
         for y in 0..self.tile_height.min(self.height - y0) {
-            let from = ((y0 + y) * self.width + x0) * size;
+            let from = ((y0 + y - first) * self.width + x0) * size;
             let to = y * self.tile_width * size;
             out[to..to + width * size].copy_from_slice(&rows.as_bytes()[from..from + width * size]);
         }
@@ -85,36 +92,64 @@ impl Level {
     /// The texels of the next level, `next`, from those of this one, both in rows.
     pub fn halved(&self, rows: &Texels, next: &Self, format: &Format) -> Texels {
         let mut halved = Texels::zeroed(format.kind, next.width * next.height * format.channels);
-        if self.width == 2 * next.width && self.height == 2 * next.height {
-            for y in 0..next.height {
-                let above = 2 * y * self.width;
-                let below = above + self.width;
-                for x in 0..next.width {
-                    let corners = [above, above + 1, below, below + 1].map(|at| rows.get(at + 2 * x, format));
-                    let [a, b, c, d] = corners;
-                    let mean = std::array::from_fn(|i| 0.25 * (a[i] + b[i] + c[i] + d[i]));
-                    halved.set(y * next.width + x, &mean, format);
-                }
-            }
-            return halved;
-        }
-        let columns: Vec<Taps> = (0..next.width).map(|x| taps(x, self.width, next.width)).collect();
+        let halving = Halving::new(self, next);
         for y in 0..next.height {
-            let lines = taps(y, self.height, next.height);
-            for (x, columns) in columns.iter().enumerate() {
-                let mut sum = [0.0; 4];
-                for (line, weight) in weighed(&lines) {
-                    for (column, share) in weighed(columns) {
-                        let texel = rows.get(line * self.width + column, format);
-                        for (sum, value) in sum.iter_mut().zip(texel) {
-                            *sum += weight * share * value;
-                        }
-                    }
-                }
-                halved.set(y * next.width + x, &sum, format);
-            }
+            halving.row(rows, 0, y, format, &mut halved, y * next.width);
         }
         halved
+    }
+}
+
+/// How a level is made of the one before, row by row.
+pub struct Halving {
+    from: Level,
+    to: Level,
+    /// What each place of a row covers, unless that is two by two texels everywhere.
+    columns: Option<Box<[Taps]>>,
+}
+
+impl Halving {
+    /// `to` is the level after `from`.
+    pub fn new(from: &Level, to: &Level) -> Self {
+        let is_even = from.width == 2 * to.width && from.height == 2 * to.height;
+        let columns = (!is_even).then(|| (0..to.width).map(|x| taps(x, from.width, to.width)).collect());
+        Self { from: *from, to: *to, columns }
+    }
+
+    /// The rows of the level before that row `y` covers; `None` where there is no such row.
+    pub fn rows(&self, y: usize) -> Option<Range<usize>> {
+        let (from, to) = (self.from.height, self.to.height);
+        (y < to).then(|| y * from / to..((y + 1) * from).div_ceil(to))
+    }
+
+    /// Makes row `y`, whose first texel is that of number `place` in `out`. `rows` are those of the level before from row `first` on, as far as this one
+    /// covers them.
+    pub fn row(&self, rows: &Texels, first: usize, y: usize, format: &Format, out: &mut Texels, place: usize) {
+        let (from, to) = (self.from.width, self.to.width);
+        let Some(columns) = &self.columns else {
+            let above = (2 * y - first) * from;
+            let below = above + from;
+            for x in 0..to {
+                let corners = [above, above + 1, below, below + 1].map(|at| rows.get(at + 2 * x, format));
+                let [a, b, c, d] = corners;
+                let mean = std::array::from_fn(|i| 0.25 * (a[i] + b[i] + c[i] + d[i]));
+                out.set(place + x, &mean, format);
+            }
+            return;
+        };
+        let lines = taps(y, self.from.height, self.to.height);
+        for (x, columns) in columns.iter().enumerate() {
+            let mut sum = [0.0; 4];
+            for (line, weight) in weighed(&lines) {
+                for (column, share) in weighed(columns) {
+                    let texel = rows.get((line - first) * from + column, format);
+                    for (sum, value) in sum.iter_mut().zip(texel) {
+                        *sum += weight * share * value;
+                    }
+                }
+            }
+            out.set(place + x, &sum, format);
+        }
     }
 }
 
@@ -202,7 +237,7 @@ mod tests {
         for (x, y) in [(0, 0), (63, 63), (64, 64), (129, 69), (128, 0)] {
             let (tile, at) = level.place(x, y);
             let mut cut = Texels::zeroed(format.kind, level.tile_texels() * 3);
-            level.cut(&rows, tile, &format, cut.as_bytes_mut());
+            level.cut(&rows, 0, tile, &format, cut.as_bytes_mut());
             assert_eq!(cut.get(at, &format), rows.get(y * width + x, &format), "{x} {y}");
         }
     }

@@ -146,7 +146,7 @@ impl TextureMemory {
     }
 
     /// What part of its memory images that are cut into tiles may have.
-    fn cutting_limit(&self) -> u64 {
+    pub(super) fn cutting_limit(&self) -> u64 {
         self.limit() / CUTTING
     }
 
@@ -219,8 +219,9 @@ impl TextureMemory {
         self.has_failed.load(Ordering::Relaxed)
     }
 
-    /// All images are known: reads them if they fit, else sees to it that they are read as needed.
-    pub fn settle<'a>(&self, images: impl Iterator<Item = &'a MipMap>) {
+    /// All images are known: reads them if they fit, else sees to it that they are read as needed. Names those that take more than all of the memory when their turn
+    /// comes.
+    pub fn settle<'a>(&self, images: impl Iterator<Item = &'a MipMap>, warnings: &mut Warnings) {
         let images: Vec<&MipMap> = images.collect();
         let whole: u64 = images.iter().map(|image| image.whole()).sum();
         if whole <= self.limit() {
@@ -228,6 +229,14 @@ impl TextureMemory {
                 image.view();
             });
             return;
+        }
+        let limit = self.limit();
+        for image in images.iter().filter(|image| image.bytes_at_once() > limit && image.is_cut_at_once()) {
+            let (path, bytes, limit) = (image.path.display(), ByteSize(image.bytes_at_once()), ByteSize(limit));
+            let message = format!(
+                "cutting {path} into tiles takes {bytes} of memory for a while, more than the {limit} that images may take (--texture-memory): a PNG that is not interlaced is cut row by row"
+            );
+            warnings.add(Some(image.span), message);
         }
         let resident: u64 = images.iter().map(|image| image.resident() as u64).sum();
         let largest = images.iter().map(|image| image.largest_tile()).max().unwrap_or(0);

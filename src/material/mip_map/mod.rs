@@ -2,9 +2,11 @@
 //!
 //! Sources: Williams 1983, "Pyramidal Parametrics" (levels); Peachey 1990, "Texture on Demand", and Christensen et al. 2006, "Ray Tracing for the Movie 'Cars'",
 //! section 5.3 (tiles read as needed and dropped again). `level.rs` cuts an image into levels and tiles, `texels.rs` holds values, `cache.rs` holds tiles,
-//! `tile_file.rs` has them on disk, `memory.rs` decides between the two.
+//! `cutter.rs` and
+//! `tile_file.rs` bring them to disk, `memory.rs` decides between the two.
 
 pub mod cache;
+mod cutter;
 pub mod level;
 pub mod memory;
 #[cfg(test)]
@@ -18,13 +20,15 @@ use std::sync::{Arc, OnceLock};
 
 use glam::Mat3;
 
-use crate::film::image::Encoding;
+use crate::film::image::{Encoding, ImageError};
+use crate::film::png_rows::PngRows;
 use crate::film::stored_image::{ImageHeader, read_stored_within};
 use crate::scene::Span;
 use cache::{TileCache, TileKey};
+use cutter::Cutter;
 use level::Level;
 use memory::{Fault, TextureMemory};
-use texels::{Format, Texels};
+use texels::{Format, Kind, Texels};
 use tile_file::{Place, TileFile};
 
 /// An image at all levels of detail.
@@ -56,6 +60,17 @@ enum Source {
     Tiles(TileFile),
     /// Nowhere: the file could not be read.
     Missing,
+}
+
+/// Why an image was not cut into tiles.
+#[derive(Debug, thiserror::Error)]
+enum CutError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Read(#[from] ImageError),
+    /// Its tiles cannot be written.
+    #[error(transparent)]
+    Write(#[from] std::io::Error),
 }
 
 /// A MIP map whose texels can be looked at.
@@ -173,41 +188,145 @@ impl MipMap {
         Fault::Unreadable { path: self.path.clone(), span: self.span, reason, instead: self.instead }
     }
 
+    fn place(&self) -> Place<'_> {
+        Place { folder: self.memory.folder(), image: &self.path, encoding: self.encoding, levels: &self.levels }
+    }
+
+    /// Its rows, if its file gives them one after the other.
+    fn rows(&self) -> Option<PngRows> {
+        PngRows::open(&self.path, [self.width(), self.height()])
+    }
+
+    /// Bytes that cutting it into tiles takes where its rows come one after the other.
+    fn bytes_in_rows(&self) -> u64 {
+        PngRows::bytes(self.width()) + Cutter::bytes(&self.levels, self.texel_bytes)
+    }
+
+    /// Bytes that cutting it takes where it has to be read as a whole: the image as it was read, and as much again for what is made of it.
+    fn bytes_at_once(&self) -> u64 {
+        2 * self.whole()
+    }
+
+    /// Whether its tiles are not there yet, and it has to be read as a whole to make them.
+    fn is_cut_at_once(&self) -> bool {
+        self.place().kept().is_none() && self.rows().is_none()
+    }
+
     fn read(&self) -> Result<Source, Fault> {
-        let place =
-            Place { folder: self.memory.folder(), image: &self.path, encoding: self.encoding, levels: &self.levels };
-        let on_demand = self.memory.cache().is_some();
-        if let Some(kept) = place.kept().filter(|_| on_demand) {
+        if self.memory.cache().is_none() {
+            let (rows, format) = self.read_at_once(0)?;
+            return Ok(self.resident_levels(rows, format));
+        }
+        if let Some(kept) = self.place().kept() {
             return Ok(Source::Tiles(kept));
         }
-        // The image as it was read, and as much again for what is made of it.
-        let _room = on_demand.then(|| self.memory.room(2 * self.whole()));
-        let exhausted = || Fault::NoMemory { path: self.path.clone(), span: self.span, bytes: 2 * self.whole() };
-        if on_demand && !self.memory.has_left(2 * self.whole()) {
-            return Err(exhausted());
+        // Whether alpha or halves are needed, rows say only when all of them are read: small images are not read twice for that.
+        let is_small = self.bytes_at_once() <= self.memory.cutting_limit();
+        let takes_less = self.bytes_in_rows() < self.bytes_at_once();
+        if let Some(rows) = self.rows().filter(|rows| !is_small || (takes_less && rows.is_plain())) {
+            return self.cut(self.bytes_in_rows(), || self.cut_in_rows(rows));
         }
-        let room = if on_demand { 2 * self.whole() } else { 0 };
-        let mut image = read_stored_within(&self.path, room)
-            .map_err(|error| if error.is_limit { exhausted() } else { self.unreadable(error.reason) })?;
+        self.cut(self.bytes_at_once(), || self.cut_at_once())
+    }
+
+    /// Lets `cut` make the tiles, once there is room for the bytes that it takes.
+    fn cut(&self, bytes: u64, cut: impl FnOnce() -> Result<TileFile, Fault>) -> Result<Source, Fault> {
+        let _room = self.memory.room(bytes);
+        if !self.memory.has_left(bytes) {
+            return Err(self.exhausted(bytes));
+        }
+        let made = cut()?;
+        self.memory.was_cut(bytes);
+        Ok(Source::Tiles(made))
+    }
+
+    fn exhausted(&self, bytes: u64) -> Fault {
+        Fault::NoMemory { path: self.path.clone(), span: self.span, bytes }
+    }
+
+    /// All of the image, where so many bytes are known to be left.
+    fn read_at_once(&self, room: u64) -> Result<(Texels, Format), Fault> {
+        let mut image = read_stored_within(&self.path, room).map_err(|error| {
+            if error.is_limit { self.exhausted(self.bytes_at_once()) } else { self.unreadable(error.reason) }
+        })?;
         if (image.width, image.height) != (self.width(), self.height()) {
             return Err(self.unreadable("it has changed while it was in use".to_owned()));
         }
         image.drop_opaque_alpha();
         let (mut rows, format) = Texels::of(image, self.encoding);
-        let bad = rows.mend();
+        self.tell_mended(rows.mend());
+        Ok((rows, format))
+    }
+
+    fn tell_mended(&self, bad: usize) {
         if bad > 0 {
             self.memory.note(Fault::NotFinite { path: self.path.clone(), span: self.span, count: bad });
         }
-        if on_demand {
-            let made = place.make(rows, format).map_err(|error| Fault::NoRoom {
+    }
+
+    fn cut_at_once(&self) -> Result<TileFile, Fault> {
+        let (rows, format) = self.read_at_once(self.bytes_at_once())?;
+        let row = self.width() * format.texel_bytes();
+        self.make(format, |cutter| rows.as_bytes().chunks_exact(row).try_for_each(|row| Ok(cutter.push(row)?)))
+    }
+
+    fn cut_in_rows(&self, mut rows: PngRows) -> Result<TileFile, Fault> {
+        let unreadable = |error: ImageError| self.unreadable(error.reason);
+        let (mut drops_alpha, mut kind) = (false, Kind::Bytes);
+        if !rows.is_plain() {
+            (drops_alpha, kind) = self.survey(rows).map_err(unreadable)?;
+            let again = || self.unreadable("it has changed while it was in use".to_owned());
+            rows = self.rows().ok_or_else(again)?;
+        }
+        let channels = rows.channels() - usize::from(drops_alpha);
+        let encoding = if kind == Kind::Bytes { self.encoding } else { Encoding::Linear };
+        let mut bad = 0;
+        let made = self.make(Format::new(channels, kind, encoding), |cutter| {
+            for _ in 0..self.height() {
+                let mut row = rows.next_row()?;
+                if drops_alpha {
+                    row.drop_opaque_alpha();
+                }
+                if row.channels != channels {
+                    return Err(ImageError::new(&self.path, "it has changed while it was in use").into());
+                }
+                let mut row = Texels::in_kind(row, self.encoding, Some(kind));
+                bad += row.mend();
+                cutter.push(row.as_bytes())?;
+            }
+            Ok(())
+        });
+        self.tell_mended(bad);
+        made
+    }
+
+    /// Whether all rows are opaque, and how all of them can be held.
+    fn survey(&self, mut rows: PngRows) -> Result<(bool, Kind), ImageError> {
+        let (mut is_opaque, mut kind) = (true, Kind::Bytes);
+        for _ in 0..self.height() {
+            let row = rows.next_row()?;
+            is_opaque &= row.is_opaque();
+            // Texels of the alpha that goes count too: it is 1.
+            kind = match (kind, Texels::in_kind(row, self.encoding, None)) {
+                (_, Texels::Floats(_)) => Kind::Floats,
+                (Kind::Floats, _) => Kind::Floats,
+                (_, Texels::Halves(_)) => Kind::Halves,
+                (kind, Texels::Bytes(_)) => kind,
+            };
+        }
+        Ok((is_opaque, kind))
+    }
+
+    /// The file of tiles of rows that `rows` hands over.
+    fn make(&self, format: Format, rows: impl FnOnce(&mut Cutter) -> Result<(), CutError>) -> Result<TileFile, Fault> {
+        self.place().make(format, rows).map_err(|error| match error {
+            CutError::Read(error) => self.unreadable(error.reason),
+            CutError::Write(error) => Fault::NoRoom {
                 path: self.path.clone(),
                 folder: self.memory.folder().map_or_else(std::env::temp_dir, PathBuf::from),
                 reason: error.to_string(),
-            })?;
-            self.memory.was_cut(2 * self.whole());
-            return Ok(Source::Tiles(made));
-        }
-        Ok(self.resident_levels(rows, format))
+            },
+        })
     }
 
     /// All levels in memory, from the image in rows.
@@ -217,7 +336,7 @@ impl MipMap {
             let tile_bytes = level.tile_texels() * format.texel_bytes();
             let mut tiles = Texels::zeroed(format.kind, level.texels() * format.channels);
             for (number, tile) in tiles.as_bytes_mut().chunks_exact_mut(tile_bytes).enumerate() {
-                level.cut(&rows, number, &format, tile);
+                level.cut(&rows, 0, number, &format, tile);
             }
             levels.push(tiles);
             if let Some(next) = self.levels.get(i + 1) {

@@ -34,6 +34,16 @@ fn images(folder: &Path) -> Vec<PathBuf> {
     let opaque = image::RgbaImage::from_fn(width, height, |x, y| image::Rgba([byte(x, y, 0), byte(x, y, 1), 9, 255]));
     let deep: image::ImageBuffer<image::Rgb<u16>, Vec<u16>> =
         image::ImageBuffer::from_fn(width, height, |x, y| image::Rgb([x as u16 * 400, y as u16 * 900, 77]));
+    let grey_alpha = image::GrayAlphaImage::from_fn(width, height, |x, y| image::LumaA([0, 1].map(|c| byte(x, y, c))));
+    let wide = |x: u32, y: u32, c: u32| u16::from(byte(x, y, c)) * 113 + y as u16;
+    let deep_grey: image::ImageBuffer<image::LumaA<u16>, Vec<u16>> =
+        image::ImageBuffer::from_fn(width, height, |x, y| image::LumaA([wide(x, y, 0), wide(x, y, 1)]));
+    let deep_opaque: image::ImageBuffer<image::Rgba<u16>, Vec<u16>> =
+        image::ImageBuffer::from_fn(width, height, |x, y| image::Rgba([wide(x, y, 0), 0, 9, u16::MAX]));
+    // Black and white are halves without loss.
+    let coarse: image::ImageBuffer<image::Rgb<u16>, Vec<u16>> = image::ImageBuffer::from_fn(width, height, |x, y| {
+        image::Rgb([0, 1, 2].map(|c| 0xffff * ((x + y + c) as u16 % 2)))
+    });
     let hdr = image::Rgb32FImage::from_fn(width, height, |x, y| image::Rgb([x as f32 * 0.3, y as f32, 0.125]));
     vec![
         save("grey.png", grey.into()),
@@ -42,6 +52,10 @@ fn images(folder: &Path) -> Vec<PathBuf> {
         save("opaque.png", opaque.into()),
         save("deep.png", deep.into()),
         save("light.hdr", hdr.into()),
+        save("grey-alpha.png", grey_alpha.into()),
+        save("deep-grey.png", deep_grey.into()),
+        save("deep-opaque.png", deep_opaque.into()),
+        save("coarse.png", coarse.into()),
     ]
 }
 
@@ -66,14 +80,14 @@ fn tiles_hold_what_memory_holds() {
         for encoding in [Encoding::Auto, Encoding::Linear, Encoding::Gamma(1.8)] {
             let ample = memory(1 << 30, None, true);
             let resident = open(&path, encoding, &ample);
-            ample.settle([&resident].into_iter());
+            ample.settle([&resident].into_iter(), &mut Warnings::default());
             assert!(resident.resident() > 0 && resident.resident() as u64 <= resident.whole());
             let expected = all(&resident);
             // Without a folder; with one that is empty; with what is there from the time before.
             for folder in [None, Some(kept.clone()), Some(kept.clone())] {
                 let short = memory(9000, folder, true);
                 let tiles = open(&path, encoding, &short);
-                short.settle([&tiles].into_iter());
+                short.settle([&tiles].into_iter(), &mut Warnings::default());
                 assert_eq!(all(&tiles), expected, "{path:?} {encoding:?}");
                 assert_eq!((tiles.resident(), short.has_failed()), (0, false));
                 assert!(short.statistics().expect("there is a cache").reads > 0);
@@ -81,7 +95,51 @@ fn tiles_hold_what_memory_holds() {
         }
     }
     let count = std::fs::read_dir(&kept).expect("a folder").count();
-    assert_eq!(count, 18, "each image in each encoding has a file");
+    assert_eq!(count, 30, "each image in each encoding has a file");
+}
+
+#[test]
+fn rows_make_tiles_whatever_their_number() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (width, height) in [(1, 1), (3, 200), (200, 3), (64, 64), (129, 131), (255, 257), (256, 512), (65, 128)] {
+        let path = folder.path().join(format!("{width}x{height}.png"));
+        let image = image::RgbImage::from_fn(width, height, |x, y| image::Rgb([x as u8, y as u8, (x * y) as u8]));
+        image.save(&path).expect("the image can be written");
+        let [ample, short] = [1 << 30, 1].map(|limit| memory(limit, None, true));
+        let [resident, tiles] = [&ample, &short].map(|memory| open(&path, Encoding::Auto, memory));
+        for (memory, map) in [(&ample, &resident), (&short, &tiles)] {
+            memory.settle([map].into_iter(), &mut Warnings::default());
+        }
+        assert_eq!(all(&tiles), all(&resident), "{width} × {height}");
+    }
+}
+
+#[test]
+fn images_that_must_be_read_as_a_whole_are_named_where_that_takes_too_much() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let image = image::RgbImage::from_fn(300, 200, |x, y| image::Rgb([x as u8, y as u8, 7]));
+    for (name, limit, named) in
+        [("a.png", 9000, false), ("a.jpg", 9000, true), ("a.tga", 9000, true), ("a.jpg", 1_000_000, false)]
+    {
+        let path = folder.path().join(name);
+        image.save(&path).expect("the image can be written");
+        let memory = memory(limit, Some(folder.path().join("tiles")), true);
+        let [first, second] = [(); 2].map(|()| open(&path, Encoding::Auto, &memory));
+        let mut warnings = Warnings::default();
+        // The second has others fill the memory.
+        let others: Vec<MipMap> = (0..5).map(|_| open(&path, Encoding::Auto, &memory)).collect();
+        memory.settle([&first].into_iter().chain(&others), &mut warnings);
+        assert_eq!(!warnings.list().is_empty(), named, "{name} {limit}: {warnings:?}");
+        if let [warning] = warnings.list() {
+            assert!(warning.message.contains(name) && warning.message.contains("--texture-memory"), "{warning:?}");
+            assert_eq!(warning.span, Some(SPAN));
+            // Once there are tiles, nothing has to be cut.
+            assert!(first.view().is_some());
+            let mut later = Warnings::default();
+            memory.settle([&second].into_iter(), &mut later);
+            assert!(later.list().is_empty(), "{later:?}");
+        }
+    }
 }
 
 #[test]
@@ -93,7 +151,7 @@ fn kept_tiles_that_are_damaged_or_of_another_image_are_made_anew() {
     let read = || {
         let short = memory(9000, Some(kept.clone()), true);
         let map = open(&path, Encoding::Auto, &short);
-        short.settle([&map].into_iter());
+        short.settle([&map].into_iter(), &mut Warnings::default());
         all(&map)
     };
     let expected = read();
@@ -125,7 +183,7 @@ fn what_cannot_be_read_or_kept_is_told() {
     for limit in [1 << 30, 9000] {
         let ample = memory(limit, None, false);
         let map = open(&path, Encoding::Auto, &ample);
-        ample.settle([&map].into_iter());
+        ample.settle([&map].into_iter(), &mut Warnings::default());
         assert!(map.view().is_none());
         let mut warnings = Warnings::default();
         ample.report(&mut warnings).expect("only warnings");
@@ -135,7 +193,7 @@ fn what_cannot_be_read_or_kept_is_told() {
 
         let strict = memory(limit, None, true);
         let map = open(&path, Encoding::Auto, &strict);
-        strict.settle([&map].into_iter());
+        strict.settle([&map].into_iter(), &mut Warnings::default());
         assert!(map.view().is_none() && strict.has_failed());
         let error = strict.report(&mut warnings).expect_err("it is an error");
         assert!(matches!(error.kind, SceneErrorKind::File { .. }), "{error}");
@@ -143,7 +201,7 @@ fn what_cannot_be_read_or_kept_is_told() {
     std::fs::write(&path, &whole).expect("written");
     let nowhere = memory(9000, Some(path.join("tiles")), false);
     let map = open(&path, Encoding::Auto, &nowhere);
-    nowhere.settle([&map].into_iter());
+    nowhere.settle([&map].into_iter(), &mut Warnings::default());
     assert!(map.view().is_none() && nowhere.has_failed());
     let error = nowhere.report(&mut Warnings::default()).expect_err("it is an error");
     assert!(error.help.as_deref().is_some_and(|help| help.contains("--texture-cache")), "{error:?}");

@@ -121,19 +121,30 @@ impl Format {
 impl Texels {
     /// The texels of an image row by row, and how to read them.
     pub fn of(image: StoredImage, encoding: Encoding) -> (Self, Format) {
+        let (channels, of_bytes) = (image.channels, image.encoding(encoding));
+        let rows = Self::in_kind(image, encoding, None);
+        let (kind, encoding) = match rows {
+            Self::Bytes(_) => (Kind::Bytes, of_bytes),
+            Self::Halves(_) => (Kind::Halves, Encoding::Linear),
+            Self::Floats(_) => (Kind::Floats, Encoding::Linear),
+        };
+        (rows, Format::new(channels, kind, encoding))
+    }
+
+    /// The texels of an image row by row. Floats are held as `kind` says, else as halves where that loses nothing.
+    pub fn in_kind(image: StoredImage, encoding: Encoding, kind: Option<Kind>) -> Self {
         let encoding = image.encoding(encoding);
-        let channels = image.channels;
         match image.values {
-            Values::Bytes(bytes) => (Self::Bytes(bytes.into()), Format::new(channels, Kind::Bytes, encoding)),
+            Values::Bytes(bytes) => Self::Bytes(bytes.into()),
             Values::Floats(mut floats) => {
-                crate::film::stored_image::decode(&mut floats, channels, encoding);
+                crate::film::stored_image::decode(&mut floats, image.channels, encoding);
                 let fits = |&value: &f32| f16::from_f32(value).to_f32() == value;
-                if floats.iter().all(fits) {
+                if kind.map_or_else(|| floats.iter().all(fits), |kind| kind == Kind::Halves) {
                     let mut halves = vec![f16::ZERO; floats.len()];
                     halves.convert_from_f32_slice(&floats);
-                    (Self::Halves(halves.into()), Format::new(channels, Kind::Halves, Encoding::Linear))
+                    Self::Halves(halves.into())
                 } else {
-                    (Self::Floats(floats.into()), Format::new(channels, Kind::Floats, Encoding::Linear))
+                    Self::Floats(floats.into())
                 }
             }
         }

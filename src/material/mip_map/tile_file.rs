@@ -5,12 +5,13 @@
 
 use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{self, Read, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::cutter::Cutter;
 use super::level::Level;
 use super::texels::{Format, Kind, Texels};
 use crate::film::image::Encoding;
@@ -120,53 +121,51 @@ impl Place<'_> {
         std::iter::once(first).chain(ends).collect()
     }
 
-    /// Writes all levels of an image whose texels are given in rows.
+    /// Writes all levels of an image, whose rows `rows` hands over from the top.
     ///
     /// # Errors
-    /// What the system says: a full disk, a folder that may not be written to.
-    pub fn make(&self, rows: Texels, format: Format) -> io::Result<TileFile> {
+    /// What the system says: a full disk, a folder that may not be written to; and what `rows` says.
+    pub fn make<E: From<io::Error>>(
+        &self,
+        format: Format,
+        rows: impl FnOnce(&mut Cutter) -> Result<(), E>,
+    ) -> Result<TileFile, E> {
         let source = self.source()?;
-        let header = serde_json::to_vec(&self.header(source.clone(), format.channels, format.kind))?;
+        let header = self.header(source.clone(), format.channels, format.kind);
+        let header = serde_json::to_vec(&header).map_err(io::Error::other)?;
         let starts = self.starts(header.len(), &format);
         let file = match self.folder {
             None => {
                 let mut file = tempfile::tempfile()?;
-                self.write(&mut file, &header, rows, &format)?;
+                write_header(&mut file, &header)?;
+                rows(&mut Cutter::new(&file, self.levels, &starts, &format))?;
                 file
             }
             Some(folder) => {
                 std::fs::create_dir_all(folder)?;
                 let path = self.name(folder, &source);
+                let mut failed = None;
                 let write = |file: &mut tempfile::NamedTempFile| {
-                    self.write(file.as_file_mut(), &header, rows, &format).map_err(|error| error.to_string())
+                    write_header(file.as_file_mut(), &header).map_err(|error| error.to_string())?;
+                    rows(&mut Cutter::new(file.as_file(), self.levels, &starts, &format)).map_err(|error| {
+                        failed = Some(error);
+                        String::new()
+                    })
                 };
-                write_atomically(&path, write).map_err(io::Error::other)?;
-                File::open(path)?
+                match (write_atomically(&path, write), failed) {
+                    (Err(_), Some(error)) => return Err(error),
+                    (Err(error), None) => return Err(io::Error::other(error).into()),
+                    (Ok(()), _) => File::open(path)?,
+                }
             }
         };
         Ok(TileFile { file, format, starts })
     }
+}
 
-    fn write(&self, file: &mut File, header: &[u8], mut rows: Texels, format: &Format) -> io::Result<()> {
-        let mut out = BufWriter::with_capacity(1 << 20, file);
-        out.write_all(&MAGIC)?;
-        out.write_all(&(header.len() as u32).to_le_bytes())?;
-        out.write_all(header)?;
-        let written = 12 + header.len() as u64;
-        out.write_all(&vec![0; (written.next_multiple_of(DATA) - written) as usize])?;
-        for (i, level) in self.levels.iter().enumerate() {
-            let mut tile = vec![0; level.tile_texels() * format.texel_bytes()];
-            for number in 0..level.tiles() {
-                level.cut(&rows, number, format, &mut tile);
-                out.write_all(&tile)?;
-            }
-            if let Some(next) = self.levels.get(i + 1) {
-                rows = level.halved(&rows, next, format);
-            }
-        }
-        out.flush()?;
-        out.into_inner().map_err(|error| error.into_error())?.rewind()
-    }
+/// Writes what comes before the tiles.
+fn write_header(file: &mut File, header: &[u8]) -> io::Result<()> {
+    file.write_all(&[&MAGIC, &(header.len() as u32).to_le_bytes()[..], header].concat())
 }
 
 impl TileFile {

@@ -286,9 +286,11 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::CoordSysTransform => {
                 let (name, at) = self.reader.expect_string("a coordinate system's name")?;
                 let Some((system, place)) = self.systems.get(&name) else {
+                    // As in pbrt-v4.
                     let known: Vec<&str> = self.systems.keys().map(String::as_str).take(32).collect();
-                    let what = SceneErrorKind::Undefined(format!("no coordinate system is called \"{name}\""));
-                    return Err(SceneError::at(at, what).help(did_you_mean(&name, &known)));
+                    let what = format!("no coordinate system is called \"{name}\": {}", did_you_mean(&name, &known));
+                    self.warnings.add_fault(at, what, "this CoordSysTransform is ignored");
+                    return Ok(());
                 };
                 // Both keys, whichever are active, as in pbrt-v4.
                 self.state.ctm.restore(system);
@@ -532,6 +534,12 @@ impl<'a, 'b> Builder<'a, 'b> {
             Opened::Object => "ObjectEnd",
             Opened::Import => "the end of the imported file",
         };
+        let is_open = self.stack.last().is_some_and(|saved| saved.opened != Opened::Import);
+        if closes == Opened::Attribute && !is_open {
+            // As in pbrt-v4.
+            self.warnings.add_fault(span, format!("{end} without its begin"), "it is ignored");
+            return Ok(());
+        }
         match self.stack.pop() {
             Some(saved) if saved.opened == closes => {
                 self.state = saved.state;

@@ -26,8 +26,8 @@ use super::{SceneDescription, SceneError, Sources, Warnings};
 /// error too.
 ///
 /// Differences from pbrt-v4, all towards leniency: materials may be used before they are declared; an included file is
-/// also looked for beside the file that includes it; an integer may be written `64.0`. Stricter: an unknown named
-/// coordinate system and a non-finite transform are errors.
+/// also looked for beside the file that includes it; an integer may be written `64.0`. Stricter: a non-finite
+/// transform is an error.
 ///
 /// # Errors
 /// The first error of the text, with its place; [`SceneErrorKind::Limit`](super::SceneErrorKind::Limit) for files above

@@ -70,8 +70,8 @@ fn bad_includes() {
     let import: &[(&str, &[u8])] = &[("a.pbrt", b"WorldBegin Import \"b.pbrt\""), ("b.pbrt", b"\n  AttributeBegin")];
     assert_eq!(error(import), "b.pbrt:2:3: this block is not ended in the imported file");
     assert_eq!(
-        error(&[("a.pbrt", b"WorldBegin Import \"b.pbrt\""), ("b.pbrt", b"AttributeEnd")]),
-        "b.pbrt:1:1: AttributeEnd without its begin"
+        error(&[("a.pbrt", b"WorldBegin Import \"b.pbrt\""), ("b.pbrt", b"ObjectEnd")]),
+        "b.pbrt:1:1: ObjectEnd without its begin"
     );
     assert_eq!(error(&[("a.pbrt", b"WorldBegin\n \xff")]), "a.pbrt:2:2: this byte is not valid UTF-8 text");
     assert!(error(&[("a.pbrt", b"\x1f\x8b\x08garbage")]).contains("damaged or cut off"));

@@ -39,6 +39,23 @@ fn transforms_compose_from_the_right() {
     close(at("LookAt 1 2 3  1 2 8  0 1 0", [2.0, 2.0, 8.0]), [1.0, 0.0, 5.0]);
 }
 
+/// As in pbrt-v4.
+#[test]
+fn ends_without_begins_and_unknown_systems_are_passed_over() {
+    let text = "WorldBegin Translate 1 0 0 AttributeEnd CoordSysTransform \"nowhere\" Shape \"sphere\"";
+    assert_eq!(scene(text).shapes[0].transform.start.transform_point3(DVec3::ZERO), DVec3::X);
+    let expected = [
+        "AttributeEnd without its begin: it is ignored",
+        "no coordinate system is called \"nowhere\": this CoordSysTransform is ignored",
+    ];
+    assert_eq!(warnings(text), expected);
+    // An imported file ends no block of the file that imports it.
+    let parts: [(&str, &[u8]); 2] =
+        [("a.pbrt", b"WorldBegin AttributeBegin Import \"b.pbrt\" AttributeEnd"), ("b.pbrt", b"AttributeEnd")];
+    let (scene, _, warnings) = Files::new(&parts).load();
+    assert!(scene.is_ok() && warnings.list().len() == 1, "{warnings:?}");
+}
+
 /// As in pbrt-v4: `CoordSysTransform` sets both keys whichever are active, `TransformBegin` saves the whole graphics state.
 #[test]
 fn named_systems_and_transform_blocks_are_pbrts() {
