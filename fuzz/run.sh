@@ -2,8 +2,8 @@
 # Fuzzes every reader that runs in the program's own process: bash fuzz/run.sh [SECONDS [TARGET…]]
 #
 # Builds the targets with stable Rust and g++ (libFuzzer comes with the crate libfuzzer-sys; cargo-fuzz, clang and nightly Rust are not needed), runs
-# each for so many seconds (60), two for every processor at a time, and prints a table. Ends with 1 if anything crashed, hung or took too much memory; the file that did it
-# is kept. What is found worth keeping by the way is kept too, beside the seeds of fuzz/corpus, and goes on from there the next time.
+# each for so many seconds (60), two for every processor at a time, and prints a table. Ends with 1 if anything crashed, hung or took too much memory; the
+# file that did it is kept. What is found worth keeping by the way is kept too, beside the seeds of fuzz/corpus, and goes on from there the next time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=${1:-60}
@@ -37,7 +37,7 @@ fuzz() {
     ulimit -v $((6 << 20))
     ulimit -c 0
     rm -f "$out/found/$target-"*
-    TMPDIR=$scratch RAYON_NUM_THREADS=1 "$out/$host/release/$target" -max_total_time="$seconds" -max_len="$most" -timeout=10 -rss_limit_mb=2048 \
+    TMPDIR=$scratch RAYON_NUM_THREADS=1 "$out/$host/release/$target" -max_total_time="$seconds" -max_len="$most" -timeout=20 -rss_limit_mb=2048 \
         -malloc_limit_mb=1024 -print_final_stats=1 -artifact_prefix="$out/found/$target-" "${dictionary[@]}" "$corpus" "${seeds[@]}" \
         >"$out/logs/$target" 2>&1 || true
 }

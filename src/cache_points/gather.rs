@@ -215,7 +215,8 @@ pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec
 }
 
 /// Whether what a light gives changes too fast around a place for one value to stand for it: |x_e − x_p|² ≤ (r_p D)² (the paper's rule),
-/// **ours:** or the edge of a cone passes through, or an intensity that depends on the direction may change within it, or the bounds of a medium that emits or of a light that moves are as near.
+/// **ours:** or the edge of a cone passes through, or an intensity that depends on the direction may change within it, or
+/// the bounds of a medium that emits or of a light that moves are as near.
 fn is_near(lights: &Lights, light: LightId, place: Site) -> bool {
     let Some(centre) = lights.centre(light) else { return false };
     let to_place = place.p - centre;

@@ -168,7 +168,7 @@ impl Hierarchy {
     /// Has fetched what [`Hierarchy::descend`] reads first of a way that begins at `cluster`.
     #[inline]
     pub fn fetch(&self, cluster: &Cluster) {
-        if let Some(tree) = &self.tree {
+        if let Some(tree) = self.tree.as_ref().filter(|_| cluster.node != AT_INFINITY) {
             tree.fetch(cluster);
         }
     }

@@ -73,7 +73,7 @@ const MOST_BEAMS: usize = 256;
 impl ScatterWeights {
     /// For these mean cosines; nothing is weighed yet.
     pub fn new(lights: &Lights, phases: Phases) -> Self {
-        let mut beams: Vec<LightId> = beams(lights).map(|(id, _)| id).take(MOST_BEAMS + 1).collect();
+        let mut beams: Vec<LightId> = beams(lights).take(MOST_BEAMS + 1).collect();
         if beams.len() > MOST_BEAMS {
             beams.clear();
         }

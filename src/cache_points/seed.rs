@@ -6,7 +6,6 @@
 
 use glam::Vec3;
 
-use crate::light::contribution::Beam;
 use crate::light::{LightId, Lights, Receiver};
 use crate::math::sampler::{Stream, mix};
 
@@ -80,28 +79,30 @@ pub fn scatter_in_boxes(boxes: &[ReceivingBox], count: usize, out: &mut Vec<Cand
 }
 
 /// The lights that shine into narrow cones.
-pub fn beams(lights: &Lights) -> impl Iterator<Item = (LightId, Beam)> + Clone {
-    let is_narrow = |(id, beam): &(LightId, Beam)| beam.cos_end > BEAM_COSINE && !lights.is_dark(*id);
-    lights.ids().filter_map(|id| Some((id, lights.beam(id)?))).filter(is_narrow)
+pub fn beams(lights: &Lights) -> impl Iterator<Item = LightId> + Clone {
+    let is_narrow = |id: &LightId| lights.beam_after(*id, 0.0).is_some_and(|beam| beam.cos_end > BEAM_COSINE);
+    lights.ids().filter(is_narrow).filter(|&id| !lights.is_dark(id))
 }
 
 /// Places along the axes of narrow beams, as far as `low` to `high` reaches: beams are seen only where something scatters in them, so
 /// scenes without media need none.
 pub fn along_beams(lights: &Lights, (low, high): (Vec3, Vec3), out: &mut Vec<Candidate>) {
-    let beams = beams(lights).map(|(_, beam)| beam);
+    let beams = beams(lights);
     let count = beams.clone().count();
     if count == 0 {
         return;
     }
     let each = (MOST_IN_BEAMS / count).clamp(1, MOST_IN_BEAM);
-    for (number, beam) in beams.take(MOST_IN_BEAMS).enumerate() {
-        let length = distance_inside(beam.p, beam.axis, low, high);
-        if !(length > 0.0 && length.is_finite()) {
-            continue;
-        }
+    for (number, id) in beams.take(MOST_IN_BEAMS).enumerate() {
         let mut stream = Stream::from_seed(mix(0x0bea_0000 + number as u64));
-        let tan = (1.0 - beam.cos_end * beam.cos_end).max(0.0).sqrt() / beam.cos_end;
         for k in 0..each {
+            // One that moves is everywhere in turn: by the golden ratio, so that each length gets all times.
+            let Some(beam) = lights.beam_after(id, (k as f32 * 0.618_034).fract()) else { continue };
+            let length = distance_inside(beam.p, beam.axis, low, high);
+            if !(length > 0.0 && length.is_finite()) {
+                continue;
+            }
+            let tan = (1.0 - beam.cos_end * beam.cos_end).max(0.0).sqrt() / beam.cos_end;
             let t = length * (k as f32 + stream.next_f32()) / each as f32;
             let around = crate::math::warp::uniform_sphere([stream.next_f32(), stream.next_f32()]);
             out.push(Candidate::in_space(beam.p + t * (beam.axis + around * (0.5 * tan))));

@@ -7,11 +7,10 @@ use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use exr::meta::MetaData;
-use glam::Mat3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::image::{Encoding, Image, ImageError, MAX_PIXELS};
-use crate::math::spectrum::matrix_to_rec709;
+use crate::math::spectrum::ToRec709;
 use crate::system::input::{open_regular, read_regular};
 use crate::system::memory::available;
 
@@ -146,8 +145,16 @@ pub struct ImageHeader {
     pub pixel_bytes: usize,
     /// Whether it has no colours.
     pub is_grey: bool,
-    /// From its primaries to Rec. 709, where they are others (OpenEXR's `chromaticities`).
-    pub to_rec709: Option<Mat3>,
+    /// From its primaries (OpenEXR's `chromaticities`) to Rec. 709.
+    pub to_rec709: ToRec709,
+}
+
+impl ImageHeader {
+    /// What is to be said of the file `path`, where its primaries are no good.
+    pub fn warning(&self, path: &Path) -> Option<String> {
+        let what = "its \"chromaticities\" make no space of colours: its colours are taken to be in Rec. 709";
+        (self.to_rec709 == ToRec709::NoSpace).then(|| format!("{}: {what}", path.display()))
+    }
 }
 
 /// Reads PNG, JPEG, TGA, BMP, QOI, PNM, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA. Of an OpenEXR file it takes `R G B (A)`,
@@ -188,18 +195,18 @@ pub fn read_header(path: &Path) -> Result<ImageHeader, ImageError> {
     }
     let mut source = BufReader::new(file);
     let start = source.fill_buf().map_err(|e| fail(&e))?;
-    let mut to_rec709 = None;
+    let mut to_rec709 = ToRec709::Same;
     let (width, height, pixel_bytes, is_grey) = if start.starts_with(&EXR) {
         let meta = MetaData::read_from_buffered(&mut source, false).map_err(|e| fail(&e))?;
         let Some(first) = meta.headers.first() else { return Err(fail(&"the file holds no image")) };
         // Four channels at most are used, of floats at most.
         let channels = &first.channels.list;
         let is_grey = !channels.iter().any(|channel| channel.name.eq("R"));
-        to_rec709 = first.shared_attributes.chromaticities.filter(|_| !is_grey).and_then(|space| {
+        if let Some(space) = first.shared_attributes.chromaticities.filter(|_| !is_grey) {
             let [red, green, blue, white] =
                 [space.red, space.green, space.blue, space.white].map(|xy| [f64::from(xy.x()), f64::from(xy.y())]);
-            matrix_to_rec709([red, green, blue], white)
-        });
+            to_rec709 = ToRec709::from_chromaticities([red, green, blue], white);
+        }
         (first.layer_size.width(), first.layer_size.height(), 4 * channels.len().min(4), is_grey)
     } else if is_pfm(start) {
         let mut head = vec![];

@@ -30,6 +30,8 @@ pub mod triangle;
 pub mod embree;
 pub mod native;
 
+use std::collections::HashMap;
+
 use glam::{Vec2, Vec3};
 
 pub use partials::Partials;
@@ -54,6 +56,8 @@ pub struct Geometry {
     pub instance_links: Vec<[u32; 2]>,
     /// How many of the shapes are meshes whose points were moved by a texture.
     pub displaced: usize,
+    /// Of such a mesh that emits: how many faces it had before.
+    pub stated_faces: HashMap<ShapeId, u32>,
 }
 
 impl Geometry {

@@ -1,7 +1,7 @@
 //! From a scene's directives to [`Lights`]. Parameters, defaults and units as in pbrt-v4's file format: `scale` multiplies;
 //! `power` and `illuminance` (photometric, in the unit that RGB (1, 1, 1) has as luminance 1) replace what L or I would give.
 //!
-//! Lights that move stand still where they start. What is not supported is named in a warning and left out. Shapes that emit are built in
+//! Lights from a point may move; those from infinity stay as they start. What is not supported is named in a warning and left out. Shapes that emit are built in
 //! `build/area.rs`, light from infinity in `build/infinite.rs`, points whose intensity depends on the direction in
 //! `build/goniometric.rs`; `build/files.rs` reads what they name, each file once.
 
@@ -11,14 +11,18 @@ mod goniometric;
 mod infinite;
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Mat3, Vec3};
+use rayon::prelude::*;
 
 use self::files::Files;
 use super::linking::LinkRequests;
 use super::linking::labels::Labels;
+use super::moving::{Exposure, MovingLight, Punctual};
 use super::spot::cone_power;
-use super::{DistantLight, GoniometricLight, LightId, Lights, MovingLight, PointLight, SpotLight};
+use super::{DistantLight, GoniometricLight, LightId, Lights, PointLight, SpotLight};
+use crate::geometry::camera::shutter;
 use crate::geometry::{Geometry, ShapeId};
 use crate::math::Rgb;
 use crate::math::transform::{Decomposed, RenderSpace};
@@ -90,7 +94,7 @@ impl Lights {
             builder.light(light)?;
             // Not if it was left out.
             if builder.lights.len() > place {
-                labels.set(place, label);
+                (place..builder.lights.len()).for_each(|place| labels.set(place, label));
             }
             builder.note_dark(place, light.entity.span());
             light.entity.params.warn_unused(builder.warnings);
@@ -101,6 +105,7 @@ impl Lights {
         lights.points.shrink_to_fit();
         lights.spots.shrink_to_fit();
         lights.goniometrics.shrink_to_fit();
+        lights.moving.shrink_to_fit();
         lights.others.shrink_to_fit();
         Ok(lights)
     }
@@ -113,8 +118,10 @@ impl Builder<'_> {
         let key = |world| Decomposed::new(&self.space.from_world(world)).ok_or_else(|| singular(params));
         let [start, end] = [key(&light.transform.start)?, key(&light.transform.end)?];
         if start.stretch.determinant() * end.stretch.determinant() < 0.0 {
-            let message = format!("the motion of {} turns it inside out", params.owner);
-            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message)));
+            let message =
+                format!("the motion of {} turns it inside out, and flattens it to nothing on the way", params.owner);
+            return Err(SceneError::at(params.span, SceneErrorKind::Parameter(message))
+                .help("mirror both transformations of the motion, or neither"));
         }
         // What is stretched at the start is so in its own space; from there it is only carried and turned.
         let stretch = DAffine3 { matrix3: start.stretch, translation: DVec3::ZERO };
@@ -124,8 +131,11 @@ impl Builder<'_> {
         built?;
         let unstretched = start.stretch.inverse();
         let [start, end] = [start, end].map(|key| Decomposed { stretch: key.stretch * unstretched, ..key });
-        for still in alone.punctual() {
-            self.lights.add_moving(MovingLight::new(still, start, end));
+        let exposure = Arc::new(Exposure::new(&start, &end, shutter(self.scene)?));
+        let still: Vec<Punctual> = alone.punctual().collect();
+        let moving = still.into_par_iter().map(|still| MovingLight::new(still, exposure.clone()));
+        for light in moving.collect::<Vec<_>>() {
+            self.lights.add_moving(light);
         }
         Ok(())
     }
@@ -309,6 +319,7 @@ fn singular(params: &ParamSet) -> Box<SceneError> {
         params.span,
         SceneErrorKind::Parameter(format!("the transform of {} cannot be inverted", params.owner)),
     )
+    .help("no axis may be scaled to nothing")
 }
 
 /// The orthogonal part of a transform, perhaps a reflection, and the symmetric stretch that goes before it.

@@ -9,7 +9,6 @@
 use glam::Vec3;
 
 use super::emitters::Emitter;
-use super::moving::Punctual;
 use super::{GoniometricLight, LightId, LightRef, Lights, Receiver, SpotLight};
 
 impl Lights {
@@ -84,27 +83,31 @@ pub struct Beam {
 }
 
 impl Beam {
-    fn of_spot(light: &SpotLight) -> Self {
+    pub(super) fn of_spot(light: &SpotLight) -> Self {
         Self { p: light.p, axis: light.axis, cos_end: light.cos_end }
     }
 
-    fn of_goniometric(light: &GoniometricLight) -> Self {
+    pub(super) fn of_goniometric(light: &GoniometricLight) -> Self {
         Self { p: light.p, axis: light.axis(), cos_end: light.cos_end() }
     }
 }
 
 impl Lights {
-    /// The cone of a spot, or around the light of a point that does not shine alike in all directions; of one that moves, in the middle of the exposure.
-    pub fn beam(&self, id: LightId) -> Option<Beam> {
+    /// The cone of a spot, or around the light of a point that does not shine alike in all directions, at `time` in 0..=1 of the transforms' keys.
+    pub fn beam(&self, id: LightId, time: f32) -> Option<Beam> {
         match self.get(id) {
             LightRef::Spot(light) => Some(Beam::of_spot(light)),
             LightRef::Goniometric(light) => Some(Beam::of_goniometric(light)),
-            LightRef::Moving(light) => match light.at(0.5) {
-                Punctual::Point(_) => None,
-                Punctual::Spot(light) => Some(Beam::of_spot(&light)),
-                Punctual::Goniometric(light) => Some(Beam::of_goniometric(&light)),
-            },
+            LightRef::Moving(light) => light.beam(time),
             _ => None,
+        }
+    }
+
+    /// [`Lights::beam`] after a share of the exposure, from 0 to 1.
+    pub fn beam_after(&self, id: LightId, share: f32) -> Option<Beam> {
+        match self.get(id) {
+            LightRef::Moving(light) => light.beam_after(share),
+            _ => self.beam(id, 0.0),
         }
     }
 }

@@ -19,6 +19,17 @@ pub(super) enum Kind {
 }
 
 impl Kind {
+    /// By their numbers; the last one once more, so that 3 bits tell one.
+    const ALL: [Self; 8] = [
+        Self::Point,
+        Self::Spot,
+        Self::Goniometric,
+        Self::Distant,
+        Self::Infinite,
+        Self::Volume,
+        Self::Moving,
+        Self::Moving,
+    ];
     const COUNT: usize = 7;
 }
 
@@ -42,7 +53,24 @@ pub(super) struct Handles {
     of_kind: [u32; Kind::COUNT],
     /// Used while `table` is empty.
     runs: Vec<Run>,
-    table: Vec<(Kind, u32)>,
+    table: Vec<Handle>,
+}
+
+/// A type (3 bits) and a place in its array (29 bits).
+#[derive(Clone, Copy, Debug)]
+struct Handle(u32);
+
+impl Handle {
+    const INDEX_BITS: u32 = 29;
+
+    fn new((kind, index): (Kind, u32)) -> Self {
+        Self((kind as u32) << Self::INDEX_BITS | index)
+    }
+
+    #[inline]
+    fn get(self) -> (Kind, u32) {
+        (Kind::ALL[(self.0 >> Self::INDEX_BITS) as usize], self.0 & ((1 << Self::INDEX_BITS) - 1))
+    }
 }
 
 impl Handles {
@@ -55,11 +83,11 @@ impl Handles {
         let index = self.of_kind[kind as usize];
         self.of_kind[kind as usize] += 1;
         if !self.table.is_empty() {
-            self.table.push((kind, index));
+            self.table.push(Handle::new((kind, index)));
         } else if self.runs.last().is_none_or(|run| run.kind != kind) {
             self.runs.push(Run { first: self.len as u32, kind, index });
             if self.runs.len() > MOST_RUNS {
-                self.table = (0..=self.len).map(|light| self.in_runs(light)).collect();
+                self.table = (0..=self.len).map(|light| Handle::new(self.in_runs(light))).collect();
                 self.runs = vec![];
             }
         }
@@ -69,7 +97,7 @@ impl Handles {
     /// The light with this number, below [`Handles::len`].
     #[inline]
     pub fn get(&self, light: usize) -> (Kind, usize) {
-        let (kind, index) = if self.table.is_empty() { self.in_runs(light) } else { self.table[light] };
+        let (kind, index) = if self.table.is_empty() { self.in_runs(light) } else { self.table[light].get() };
         (kind, index as usize)
     }
 
@@ -94,7 +122,7 @@ impl Handles {
 
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
-        self.runs.capacity() * size_of::<Run>() + self.table.capacity() * size_of::<(Kind, u32)>()
+        self.runs.capacity() * size_of::<Run>() + self.table.capacity() * size_of::<Handle>()
     }
 }
 
@@ -105,8 +133,7 @@ mod tests {
     /// Any sequence of types, short runs and long, has each light where a plain count puts it.
     #[test]
     fn runs_and_tables_say_the_same() {
-        const KINDS: [Kind; Kind::COUNT] =
-            [Kind::Point, Kind::Spot, Kind::Goniometric, Kind::Distant, Kind::Infinite, Kind::Volume, Kind::Moving];
+        const KINDS: [Kind; 8] = Kind::ALL;
         for runs in 0..=3 * MOST_RUNS {
             let mut handles = Handles::default();
             let mut expected = vec![];

@@ -2,7 +2,7 @@
 //!
 //! Units and parameters are pbrt-v4's, in RGB. A light is a [`LightId`]; area lights come first, in the order in which their
 //! shapes were given, so that shapes can carry their light's number before the lights are built. Each type has its own
-//! array: a point light takes 28 bytes. One light is one thing to choose, also a mesh of a million triangles.
+//! array: a point light takes 24 bytes. One light is one thing to choose, also a mesh of a million triangles.
 
 pub mod area;
 pub mod build;
@@ -234,6 +234,7 @@ impl Lights {
             (Kind::Point, index) => prefetch_index(&self.points, index),
             (Kind::Spot, index) => prefetch_index(&self.spots, index),
             (Kind::Goniometric, index) => prefetch_index(&self.goniometrics, index),
+            (Kind::Moving, index) => prefetch_index(&self.moving, index),
             _ => {}
         }
     }
@@ -301,6 +302,11 @@ impl Lights {
             LightRef::Goniometric(light) => Some(Punctual::Goniometric(light.clone())),
             _ => None,
         })
+    }
+
+    /// How many move.
+    pub fn moving_count(&self) -> usize {
+        self.moving.len()
     }
 
     /// How many media are lights.
@@ -502,7 +508,8 @@ impl Lights {
     /// Bytes that lights share: distributions of intensity and patterns of emission, each once.
     fn shared_memory(&self) -> usize {
         let mut seen = std::collections::HashSet::new();
-        let distributions = self.goniometrics.iter().map(|light| &light.distribution);
+        let of_moving = self.moving.iter().filter_map(|light| light.still().shared());
+        let distributions = self.goniometrics.iter().map(|light| &light.distribution).chain(of_moving);
         let distributions: usize =
             distributions.filter(|d| seen.insert(Arc::as_ptr(d) as usize)).map(|d| d.memory()).sum();
         let patterns = self.area.iter().filter_map(|light| light.pattern.as_ref());

@@ -312,7 +312,12 @@ impl<'a> TextureBuilder<'a> {
             return Ok(image.clone());
         }
         let image = match read_header(&path) {
-            Ok(header) => Some(Arc::new(MipMap::new(path, encoding, span, instead, &header, self.memory))),
+            Ok(header) => {
+                if let Some(message) = header.warning(&path) {
+                    self.warnings.add(Some(span), message);
+                }
+                Some(Arc::new(MipMap::new(path, encoding, span, instead, &header, self.memory)))
+            }
             Err(error) if error.is_limit => {
                 return Err(SceneError::at(span, SceneErrorKind::Limit(error.to_string())));
             }

@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
-pub use color_space::{RgbColorSpace, matrix_to_rec709};
+pub use color_space::{RgbColorSpace, ToRec709};
 pub use daylight::white_balance;
 
 use super::Rgb;

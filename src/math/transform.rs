@@ -70,12 +70,21 @@ impl Decomposed {
 
     /// T, R (spherically) and S interpolated at `time` in 0..=1 (pbrt-v4, section 3.11).
     pub fn interpolate(&self, end: &Self, time: f64) -> DAffine3 {
-        let rotation = self.rotation.slerp(end.rotation, time);
-        let stretch = self.stretch * (1.0 - time) + end.stretch * time;
-        DAffine3 {
-            matrix3: DMat3::from_quat(rotation) * stretch,
+        self.between(end, time).affine()
+    }
+
+    /// [`Decomposed::interpolate`] before it is put together.
+    pub fn between(&self, end: &Self, time: f64) -> Self {
+        Self {
             translation: self.translation.lerp(end.translation, time),
+            rotation: self.rotation.slerp(end.rotation, time),
+            stretch: self.stretch * (1.0 - time) + end.stretch * time,
         }
+    }
+
+    /// T R S.
+    pub fn affine(&self) -> DAffine3 {
+        DAffine3 { matrix3: DMat3::from_quat(self.rotation) * self.stretch, translation: self.translation }
     }
 }
 

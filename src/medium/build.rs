@@ -111,7 +111,8 @@ fn coefficient(params: &ParamSet, name: &str, default: Rgb) -> Result<Rgb> {
     Ok(value.map(|c| c.max(0.0)))
 }
 
-/// The measured matter that the parameter `name` names, if it is given; a name that is not known is warned of, as pbrt-v4 does.
+/// The measured matter that the parameter `name` names, if it is given. A name that is not known is warned of (pbrt-v4: so for media, for
+/// `subsurface` it gives up).
 pub fn measured_matter(params: &ParamSet, name: &str, warnings: &mut Warnings) -> Result<Option<MeasuredMatter>> {
     let Some(matter) = params.string(name)?.filter(|matter| !matter.is_empty()) else { return Ok(None) };
     let found = MeasuredMatter::named(matter);

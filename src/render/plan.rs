@@ -53,6 +53,7 @@ impl Plan {
         plan.decide("displacement", geometry.displaced, ["displaced mesh", "displaced meshes"], 0);
         plan.decide("instances", geometry.instances.len(), ["instance", "instances"], 0);
         plan.decide("motion blur", moving, ["moving instance", "moving instances"], 0);
+        plan.decide("moving lights", world.lights.moving_count(), ["moving light", "moving lights"], 0);
         plan.decide_one("moving camera", camera.is_moving(), ["the camera moves", "the camera stands still"]);
         plan.decide_one("depth of field", camera.has_lens(), ["the camera has a lens", "the camera is a pinhole"]);
         plan.decide("opacity", count(Shape::has_opacity), ["shape with alpha", "shapes with alpha"], 0);

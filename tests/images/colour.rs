@@ -56,7 +56,8 @@ fn a_file_may_have_primaries_of_its_own() {
     let found = first_pixel(&sky, "");
     assert!(is_near(found, expected), "{found:?} of the sky, not {expected:?}");
     // A normal is no colour, nor is a weight.
-    let weight = "Texture \"w\" \"float\" \"imagemap\" \"string filename\" \"FILE\" Texture \"t\" \"spectrum\" \"scale\" \"rgb tex\" [1 1 1] \"texture scale\" \"w\"";
+    let weight = "Texture \"w\" \"float\" \"imagemap\" \"string filename\" \"FILE\"
+        Texture \"t\" \"spectrum\" \"scale\" \"rgb tex\" [1 1 1] \"texture scale\" \"w\"";
     let world = world.replace(
         &format!("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{file}\""),
         &weight.replace("FILE", &file.to_string()),

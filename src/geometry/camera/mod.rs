@@ -65,13 +65,9 @@ impl Camera {
                 )));
             }
         };
-        let shutter = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];
+        let shutter = shutter(scene)?;
         params.warn_unused(warnings);
-        Ok(Self {
-            to_render: CameraMotion::build(scene, space)?,
-            projection,
-            shutter: shutter.map(|time| normalised_time(f64::from(time), scene.transform_times)),
-        })
+        Ok(Self { to_render: CameraMotion::build(scene, space)?, projection, shutter })
     }
 
     /// The ray through `film_position` (in pixels of the full image from its top left corner, y downwards), `lens` in the
@@ -155,6 +151,16 @@ impl CameraMotion {
 
 fn to_f32(affine: &DAffine3) -> Affine3A {
     Affine3A::from_mat3_translation(affine.matrix3.as_mat3(), affine.translation.as_vec3())
+}
+
+/// [`Camera::shutter`] of the scene's camera.
+///
+/// # Errors
+/// Parameters of the wrong type.
+pub fn shutter(scene: &SceneDescription) -> Result<[f32; 2]> {
+    let params = &scene.camera.params;
+    let times = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];
+    Ok(times.map(|time| normalised_time(f64::from(time), scene.transform_times)))
 }
 
 /// `time` as a number that is 0 at `start` and 1 at `end`; outside them where the shutter opens before the motion or closes after it.

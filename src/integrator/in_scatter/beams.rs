@@ -11,7 +11,7 @@ pub(super) const KNOTS: [f32; 7] = [0.0, 0.06, 0.25, 0.5, 0.75, 0.94, 1.0];
 /// Visits the stretches of `ray` inside the cones of `beams`.
 pub(super) fn each_crossing(lights: &Lights, beams: &[LightId], ray: &Ray, mut visit: impl FnMut(LightId, [f32; 2])) {
     for &light in beams {
-        let Some(beam) = lights.beam(light) else { continue };
+        let Some(beam) = lights.beam(light, ray.time) else { continue };
         inside(&beam, ray).into_iter().flatten().for_each(|t| visit(light, t));
     }
 }

@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use super::{Builder, Result};
 use crate::geometry::sampling::{ShapeSampler, round_sphere, similarity_scale};
-use crate::geometry::{Geometry, InstanceId, MotionTransform, Shape, ShapeId, ShapeKind};
+use crate::geometry::{Geometry, InstanceId, MotionTransform, ShapeId, ShapeKind};
 use crate::light::AreaLight;
 use crate::light::area::extent;
 use crate::light::area::pattern::{DirectionalEmission, EmissionImage, EmissionPattern, ImageMeans, ImageSums};
@@ -136,7 +136,7 @@ impl Builder<'_> {
             light.pattern = Some(Arc::new(pattern));
         }
         if let Some(power) = emission.power {
-            let power = power * self.emitting_faces(shape, transform, span);
+            let power = power * self.emitting_faces(id, transform, span);
             let unit = PI * light.area * if light.two_sided { 2.0 } else { 1.0 };
             light.radiance *= power / if light.pattern.is_some() { unit * mean.luminance() } else { unit };
         }
@@ -151,12 +151,17 @@ impl Builder<'_> {
 }
 
 impl Builder<'_> {
-    /// How often `power` counts for a shape: in pbrt-v4 each face of a mesh is a light of its own. Here all faces emit alike, so those that differ in size
-    /// do not each emit what they would there, and that is said.
-    fn emitting_faces(&mut self, shape: &Shape, transform: Option<&MotionTransform>, span: Option<Span>) -> f32 {
+    /// How often `power` counts for a shape: in pbrt-v4 each face of a mesh, as it is stated, is a light of its own. Here all faces emit alike, so those that
+    /// differ in size do not each emit what they would there, and that is said.
+    fn emitting_faces(&mut self, id: ShapeId, transform: Option<&MotionTransform>, span: Option<Span>) -> f32 {
+        // A displaced mesh has other faces, as many as its edges are short.
+        if let Some(&stated) = self.geometry.stated_faces.get(&id) {
+            return stated.max(1) as f32;
+        }
         let placed = transform.map(|t| t.at(0.0));
         let (mut count, mut least, mut greatest) = (0u32, f64::INFINITY, 0.0f64);
-        for area in extent::face_areas(shape, placed.as_ref()).filter(|&area| area > 0.0) {
+        let areas = extent::face_areas(&self.geometry.shapes[id.0 as usize], placed.as_ref());
+        for area in areas.filter(|&area| area > 0.0) {
             (count, least, greatest) = (count + 1, least.min(area), greatest.max(area));
         }
         if greatest > 1.01 * least {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 use super::{Builder, Result};
 use crate::film::image::{Encoding, Image, ImageError, read_image};
@@ -67,7 +67,10 @@ impl Builder<'_> {
             };
             SceneError::at(params.span, kind)
         };
-        let to_rec709 = read_header(&path).map_err(failed)?.to_rec709;
+        let header = read_header(&path).map_err(failed)?;
+        if let Some(message) = header.warning(&path) {
+            self.warnings.add(Some(params.span), message);
+        }
         let image = read_image(&path, Encoding::Auto).map_err(failed)?;
         // The triples, and what they are chosen by.
         let needed = (image.width * image.height) as u64 * BYTES_A_PIXEL;
@@ -76,11 +79,7 @@ impl Builder<'_> {
                 format!("a light's image of {} × {} pixels takes more memory than is left", image.width, image.height);
             return Err(SceneError::at(params.span, SceneErrorKind::Limit(what)));
         }
-        let (mut pixels, bad) = rgb_pixels(&image);
-        if let Some(matrix) = to_rec709 {
-            // What lies outside the gamut comes to its edge, as far as it is negative.
-            pixels.iter_mut().for_each(|pixel| *pixel = (matrix * Vec3::from(*pixel)).max(Vec3::ZERO).into());
-        }
+        let (pixels, bad) = rgb_pixels(&image, header.to_rec709.matrix());
         if bad > 0 {
             let message = format!("{bad} pixels of \"{name}\" are negative or not finite: taken as 0");
             if self.strict {
@@ -160,14 +159,23 @@ impl Builder<'_> {
     }
 }
 
-/// RGB triples with bad values set to 0, and how many pixels had any.
-fn rgb_pixels(image: &Image) -> (Vec<[f32; 3]>, usize) {
+/// The pixels of `image` in Rec. 709, and how many of them were negative or not finite, of which that is made 0. Colours outside the gamut, which come of a
+/// wider one, come to its edge.
+fn rgb_pixels(image: &Image, to_rec709: Option<Mat3>) -> (Vec<[f32; 3]>, usize) {
     let mut bad = 0;
     let pixels = image
         .pixels
         .chunks_exact(image.channels.max(1))
         .map(|pixel| {
             let rgb = if pixel.len() >= 3 { [pixel[0], pixel[1], pixel[2]] } else { [pixel[0]; 3] };
+            let rgb = match to_rec709 {
+                None => rgb,
+                Some(matrix) => {
+                    let inside = rgb.into_iter().all(|c| c >= 0.0);
+                    let converted: [f32; 3] = (matrix * Vec3::from(rgb)).into();
+                    if inside { converted.map(|c| if c < 0.0 { 0.0 } else { c }) } else { converted }
+                }
+            };
             let good = |c: f32| c >= 0.0 && c.is_finite();
             bad += usize::from(!rgb.into_iter().all(good));
             rgb.map(|c| if good(c) { c } else { 0.0 })

@@ -101,7 +101,7 @@ impl MipMap {
             levels: Level::all(header.width, header.height).into(),
             texel_bytes: header.pixel_bytes,
             is_grey: header.is_grey,
-            to_rec709: header.to_rec709,
+            to_rec709: header.to_rec709.matrix(),
             number: NUMBERS.fetch_add(1, Ordering::Relaxed),
             texels: OnceLock::new(),
             memory: memory.clone(),
@@ -113,7 +113,13 @@ impl MipMap {
     pub fn in_memory(image: crate::film::image::Image) -> Self {
         use crate::film::stored_image::{StoredImage, Values};
         let crate::film::image::Image { width, height, channels, pixels } = image;
-        let header = ImageHeader { width, height, pixel_bytes: 4 * channels, is_grey: channels < 3, to_rec709: None };
+        let header = ImageHeader {
+            width,
+            height,
+            pixel_bytes: 4 * channels,
+            is_grey: channels < 3,
+            to_rec709: crate::math::spectrum::ToRec709::Same,
+        };
         let span = Span { file: crate::scene::FileId(0), line: 1, column: 1, length: 1 };
         let memory = Arc::new(TextureMemory::new(Default::default(), true));
         let map = Self::new(PathBuf::new(), Encoding::Linear, span, "", &header, &memory);

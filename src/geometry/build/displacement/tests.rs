@@ -38,8 +38,13 @@ impl Case<'_> {
             area_light: None,
             medium_interface: None,
         };
-        let displacement =
-            Displacement { height: self.height, to_world: self.to_world, edge_length: self.edge_length, span: SPAN };
+        let displacement = Displacement {
+            height: self.height,
+            to_world: self.to_world,
+            edge_length: self.edge_length,
+            span: SPAN,
+            stated_faces: Default::default(),
+        };
         let base = |name: &str| std::path::PathBuf::from(name);
         let mut warnings = Warnings::default();
         let bindings = ShapeBindings::default();

@@ -46,7 +46,7 @@ fn ends_without_begins_and_unknown_systems_are_passed_over() {
     assert_eq!(scene(text).shapes[0].transform.start.transform_point3(DVec3::ZERO), DVec3::X);
     let expected = [
         "AttributeEnd without its begin: it is ignored",
-        "no coordinate system is called \"nowhere\": this CoordSysTransform is ignored",
+        "no coordinate system is called \"nowhere\": known are world: this CoordSysTransform is ignored",
     ];
     assert_eq!(warnings(text), expected);
     // An imported file ends no block of the file that imports it.
