@@ -16,6 +16,9 @@ use super::cache::{TileCache, TileCacheStatistics};
 use crate::scene::{SceneError, SceneErrorKind, Span, Warnings};
 use crate::system::memory;
 
+/// What one image takes for a while is not worth a word below this.
+const WORTH_A_WARNING: u64 = 1 << 20;
+
 /// Images that are cut into tiles have this part of the memory, tiles that are held have the rest.
 const CUTTING: u64 = 4;
 
@@ -231,7 +234,8 @@ impl TextureMemory {
             return;
         }
         let limit = self.limit();
-        for image in images.iter().filter(|image| image.bytes_at_once() > limit && image.is_cut_at_once()) {
+        let much = limit.max(WORTH_A_WARNING);
+        for image in images.iter().filter(|image| image.bytes_at_once() > much && image.is_cut_at_once()) {
             let (path, bytes, limit) = (image.path.display(), ByteSize(image.bytes_at_once()), ByteSize(limit));
             let message = format!(
                 "cutting {path} into tiles takes {bytes} of memory for a while, more than the {limit} that images may take (--texture-memory): a PNG that is not interlaced is cut row by row"
