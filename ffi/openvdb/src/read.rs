@@ -85,11 +85,19 @@ fn read_with(program: &Path, path: &Path, length: u64, limits: &Limits) -> Resul
         let limit = |reason: String| VdbError::Limit { path: path.into(), reason };
         // Not all of OpenVDB bears being refused memory: where there is little, that is what it most likely broke on.
         let is_short = limits.data == Some(data);
+        // What is allowed otherwise follows from the file's size, and sound files need much less.
+        let too_much = |reason: String| {
+            if is_short {
+                limit(reason)
+            } else {
+                damaged(format!("{reason}: far more than a sound file of its size needs"))
+            }
+        };
         let ended =
             |how: &str| format!("the reader {how}, most likely for lack of memory: it may have {} MiB", data >> 20);
         match failure {
             Failure::Program(reason) => VdbError::Reader { program: program.into(), reason },
-            Failure::Refused { letter: 'L', reason } => limit(reason),
+            Failure::Refused { letter: 'L', reason } => too_much(reason),
             Failure::Refused { letter: 'I', reason } => VdbError::Io { path: path.into(), reason },
             Failure::Refused { reason, .. } => damaged(reason),
             Failure::Stopped(signal) => VdbError::Stopped { path: path.into(), signal },
@@ -100,7 +108,7 @@ fn read_with(program: &Path, path: &Path, length: u64, limits: &Limits) -> Resul
             Failure::Broken if is_short => limit(ended("broke off")),
             Failure::Crashed(signal) => damaged(format!("the reader crashed with signal {signal}")),
             Failure::Broken => damaged("the reader broke off".into()),
-            Failure::TooMuch => limit(format!("its grids take more than {} MiB", data >> 20)),
+            Failure::TooMuch => too_much(format!("its grids take more than {} MiB", data >> 20)),
             Failure::Memory => limit("there is not enough memory for its grids".into()),
         }
     })?;

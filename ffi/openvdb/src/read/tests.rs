@@ -90,7 +90,7 @@ fn nonsense_is_an_error() {
     // A header of 2^56 bytes.
     let error =
         with_worker(&format!("{GREETING}\n{}", r"printf '\001\000\000\000\000\000\000\000\001'; cat /dev/zero"));
-    assert!(matches!(error, VdbError::Limit { .. }), "{error}");
+    assert!(matches!(error, VdbError::Damaged { .. }), "{error}");
 }
 
 #[test]
