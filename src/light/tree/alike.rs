@@ -10,12 +10,25 @@ use super::{Cluster, LightTree, Parts};
 use crate::light::Receiver;
 use crate::light::emitters::squared_sine;
 
-/// Up to this ratio of radius and distance: what arrives from the near side is 2.8 times what arrives from the middle then, from the far side half as much.
-/// Against 0.2 and cosines that change by 0.35 the RMSE at 32 spp was 1.004, 1.001 and 1.004 times as large in `house`, `rooms` and `foliage` (160 × 90
-/// pixels, four seeds), and a sample under five million lights cost 1.27 ± 0.03 times one under five thousand in place of 1.38 ± 0.02.
-const MOST_SPREAD: f32 = 0.4;
-/// A cosine may change by this share of itself over what the lights span.
-const MOST_CHANGE: f32 = 0.7;
+/// How alike lights must be.
+#[derive(Clone, Copy)]
+struct Tolerance {
+    /// Up to this ratio of radius and distance.
+    spread: f32,
+    /// A cosine may change by this share of itself over what the lights span.
+    change: f32,
+}
+
+/// What arrives from the near side is 1.6 times what arrives from the middle then, from the far side 0.7 times.
+const OF_FEW: Tolerance = Tolerance { spread: 0.2, change: 0.35 };
+
+/// 2.8 times and half as much. The RMSE at 32 spp was 1.004, 1.001 and 1.004 times as large in `house`, `rooms` and `foliage` with this for all (160 × 90
+/// pixels, four seeds), and a sample in `house` took 1.03 times as long, for ways down among few lights are short, and near. Under five million lights a
+/// sample cost 1.27 ± 0.03 times one under five thousand, in place of 1.38 ± 0.02.
+const OF_MANY: Tolerance = Tolerance { spread: 0.4, change: 0.7 };
+
+/// How many lights are many.
+const MANY: u32 = 256;
 
 /// Lights with a smaller share of all energy are not told apart well enough by sums over all lights.
 const LEAST_ENERGY: f64 = 1e-7;
@@ -126,30 +139,33 @@ impl LightTree {
     #[inline(always)]
     pub(in crate::light) fn alike(&self, cluster: &Cluster, receiver: &Receiver) -> Option<&EnergySums> {
         let node = self.node(cluster.node);
-        self.energies.as_ref().filter(|energies| node.is_alike(receiver) && energies.resolve(node.energy))
+        self.energies.as_ref().filter(|energies| {
+            node.is_alike(receiver, if cluster.count < MANY { OF_FEW } else { OF_MANY })
+                && energies.resolve(node.energy)
+        })
     }
 }
 
 impl Node {
     /// Whether what `receiver` gets of each light below is in proportion to its energy, or nearly so.
     #[inline(always)]
-    fn is_alike(&self, receiver: &Receiver) -> bool {
+    fn is_alike(&self, receiver: &Receiver, Tolerance { spread, change }: Tolerance) -> bool {
         let to_light = self.centre - receiver.p();
         let square = to_light.length_squared();
         let radius_squared = self.radius * self.radius;
         // Also false at the very spot.
-        if !(radius_squared < MOST_SPREAD * MOST_SPREAD * square) {
+        if !(radius_squared < spread * spread * square) {
             return false;
         }
         let wi = to_light * (1.0 / square.sqrt());
-        let spread = radius_squared / square;
+        let spanned = radius_squared / square;
         // Where the angle is not small a cosine changes by the sine of what the lights span, nearly.
-        let is_steady = |cos: f32, sin_squared: f32| cos > 0.0 && sin_squared < MOST_CHANGE * MOST_CHANGE * cos * cos;
+        let is_steady = |cos: f32, sin_squared: f32| cos > 0.0 && sin_squared < change * change * cos * cos;
         let is_received = match *receiver {
             Receiver::Medium { .. } => true,
             Receiver::Surface { ns, two_sided, .. } => {
                 let cos = ns.dot(wi);
-                is_steady(if two_sided { cos.abs() } else { cos }, spread)
+                is_steady(if two_sided { cos.abs() } else { cos }, spanned)
             }
         };
         if !is_received || self.is_even() {
@@ -162,7 +178,7 @@ impl Node {
         let cos = -self.axis().dot(wi);
         let cos_normals = self.cos_normals();
         // Sines add up to no more than this: (a + b)² ≤ 2 (a² + b²).
-        let turned = 2.0 * (squared_sine(cos_normals) + spread);
+        let turned = 2.0 * (squared_sine(cos_normals) + spanned);
         cos_normals > 0.0 && is_steady(cos, turned)
     }
 }
