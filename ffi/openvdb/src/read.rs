@@ -84,7 +84,7 @@ fn read_with(program: &Path, path: &Path, length: u64, limits: &Limits) -> Resul
         let damaged = |reason: String| VdbError::Damaged { path: path.into(), reason };
         let limit = |reason: String| VdbError::Limit { path: path.into(), reason };
         // Not all of OpenVDB bears being refused memory: where there is little, that is what it most likely broke on.
-        let is_short = limits.data == Some(data);
+        let is_short = data < Limits { memory: None, data: None, ..*limits }.resolve(length).data;
         // What is allowed otherwise follows from the file's size, and sound files need much less.
         let too_much = |reason: String| {
             if is_short {

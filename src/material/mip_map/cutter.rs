@@ -39,7 +39,8 @@ struct Stage {
 impl<'a> Cutter<'a> {
     /// Bytes that cutting an image of `levels` takes, whose texels take `texel_bytes`.
     pub fn bytes(levels: &[Level], texel_bytes: usize) -> u64 {
-        let one = |level: &Level| ((BAND + TILE + 1) * (level.width + TILE) * texel_bytes) as u64;
+        let rows = |level: &Level| BAND.min(level.height) + TILE + 1;
+        let one = |level: &Level| (rows(level) * (level.width + TILE) * texel_bytes) as u64;
         levels.iter().map(one).sum()
     }
 

@@ -229,7 +229,7 @@ impl MipMap {
         // Whether alpha or halves are needed, rows say only when all of them are read: small images are not read twice for that.
         let is_small = self.bytes_at_once() <= self.memory.cutting_limit();
         let takes_less = self.bytes_in_rows() < self.bytes_at_once();
-        if let Some(rows) = self.rows().filter(|rows| !is_small || (takes_less && rows.is_plain())) {
+        if let Some(rows) = self.rows().filter(|rows| takes_less && (!is_small || rows.is_plain())) {
             return self.cut(self.bytes_in_rows(), || self.cut_in_rows(rows));
         }
         self.cut(self.bytes_at_once(), || self.cut_at_once())

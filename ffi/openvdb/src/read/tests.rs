@@ -12,11 +12,15 @@ fn with_worker(script: &str) -> VdbError {
 
 /// The same if it may take this long.
 fn within(wall: Duration, script: &str) -> VdbError {
+    under(Limits { memory: Some(1 << 30), wall: Some(wall), ..Limits::default() }, script)
+}
+
+/// The same under these limits.
+fn under(limits: Limits, script: &str) -> VdbError {
     let folder = tempfile::tempdir().expect("a folder");
     let program = folder.path().join("worker");
     std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).expect("written");
     std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("executable");
-    let limits = Limits { memory: Some(1 << 30), wall: Some(wall), ..Limits::default() };
     let start = Instant::now();
     let error = loop {
         match read_with(&program, Path::new("some.vdb"), 100, &limits).expect_err("no grids") {
@@ -87,10 +91,14 @@ fn nonsense_is_an_error() {
         let error = with_worker(&format!("{GREETING}\n{script}"));
         assert!(matches!(error, VdbError::Damaged { .. }), "{script}: {error}");
     }
-    // A header of 2^56 bytes.
-    let error =
-        with_worker(&format!("{GREETING}\n{}", r"printf '\001\000\000\000\000\000\000\000\001'; cat /dev/zero"));
+    // A header of 2^56 bytes: more than any file of its size needs, or than there is where memory is short.
+    let script = format!("{GREETING}\n{}", r"printf '\001\000\000\000\000\000\000\000\001'; cat /dev/zero");
+    let error = with_worker(&script);
     assert!(matches!(error, VdbError::Damaged { .. }), "{error}");
+    for (memory, data) in [(Some(1 << 28), None), (None, Some(1 << 28)), (Some(1 << 28), Some(1 << 29))] {
+        let error = under(Limits { memory, data, ..Limits::default() }, &script);
+        assert!(matches!(error, VdbError::Limit { .. }), "{error}");
+    }
 }
 
 #[test]
