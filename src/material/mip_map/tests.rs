@@ -117,9 +117,9 @@ fn rows_make_tiles_whatever_their_number() {
 #[test]
 fn images_that_must_be_read_as_a_whole_are_named_where_that_takes_too_much() {
     let folder = tempfile::tempdir().expect("a folder");
-    let image = image::RgbImage::from_fn(300, 200, |x, y| image::Rgb([x as u8, y as u8, 7]));
+    let image = image::RgbImage::from_fn(600, 400, |x, y| image::Rgb([x as u8, y as u8, 7]));
     for (name, limit, named) in
-        [("a.png", 9000, false), ("a.jpg", 9000, true), ("a.tga", 9000, true), ("a.jpg", 1_000_000, false)]
+        [("a.png", 9000, false), ("a.jpg", 9000, true), ("a.tga", 9000, true), ("a.jpg", 4_000_000, false)]
     {
         let path = folder.path().join(name);
         image.save(&path).expect("the image can be written");
