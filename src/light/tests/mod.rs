@@ -22,6 +22,8 @@ use super::area::extent;
 use super::*;
 use crate::geometry::sampling::{ShapeSampler, round_sphere};
 use crate::geometry::shape::{BilinearMesh, Disk, Shape, ShapeKind, Sphere, TriangleMesh};
+use crate::geometry::{Geometry, InstanceId, ShapeId};
+use crate::math::Rgb;
 use crate::math::sampler::Stream;
 
 /// Random numbers for tests.
