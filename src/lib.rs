@@ -1,10 +1,12 @@
 //! Lanternfish: a CPU production renderer for scenes with very many lights and OpenVDB volumes.
 //!
-//! Rooms, from the top; each uses only those below it: [`cli`], [`bench`], [`report`], [`farm`], [`stability`], [`render`], [`integrator`], [`light`],
+//! Rooms, from the top; each uses only those below it: [`cli`], [`mod@bench`], [`report`], [`farm`], [`stability`], [`render`], [`integrator`], [`light`],
 //! [`medium`], [`material`], [`geometry`], [`gallery`], [`film`], [`scene`], [`math`], [`system`].
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
+// The documentation is for those who work on it: `cargo doc --document-private-items`.
+#![allow(rustdoc::private_intra_doc_links)]
 
 pub mod bench;
 pub mod cache_points;

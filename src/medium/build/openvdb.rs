@@ -79,7 +79,7 @@ mod reading {
             format!("the file has {}", names.join(", "))
         }
 
-        /// The grid called `wanted`: a name, or name[index].
+        /// The grid called `wanted`: a name, or `name[index]`.
         fn find(&self, parameter: &str, wanted: &str) -> Result<usize> {
             let exact = self.grids.iter().position(|g| g.header.name == wanted && g.header.index == 0);
             let indexed = || {

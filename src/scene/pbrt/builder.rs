@@ -32,7 +32,7 @@ const FEW_ENTITIES: usize = 1 << 16;
 /// Bytes on the heap of the parameters that shapes and lights have, or more.
 const PARAMETERS: usize = 256;
 
-/// Set in [`MaterialIndex`] while it still counts names: [`super::finish`] replaces it.
+/// Set in [`crate::scene::MaterialIndex`] while it still counts names: [`super::finish`] replaces it.
 pub const BY_NAME: u32 = 1 << 31;
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
