@@ -182,6 +182,9 @@ pub(super) fn ply_mesh(
         error.span.get_or_insert(params.span);
         error
     })?;
+    for fault in &mesh.faults {
+        warnings.add_fault(params.span, format!("{name}: {}", fault.what), fault.instead);
+    }
     let mut vertices = Vertices { positions: &mesh.positions, normals: &mesh.normals, uvs: &mesh.uvs };
     placement.check_counts(params, &mut vertices, warnings)?;
     let count = vertices.positions.len();
@@ -194,9 +197,13 @@ pub(super) fn ply_mesh(
     match placement.displacement {
         Some(displacement) if !(mesh.triangles.is_empty() && rows.is_empty()) => {
             kinds.push(placement.displaced(displacement, params, &vertices, &mesh.triangles, &rows)?);
+            placement.stated_faces.set(Some(mesh.triangle_faces + rows.len() as u32));
             return Ok(kinds);
         }
         _ => {}
+    }
+    if mesh.triangle_faces as usize != mesh.triangles.len() {
+        placement.stated_faces.set(Some(mesh.triangle_faces));
     }
     if !mesh.triangles.is_empty() {
         kinds.push(placement.triangles(params, &vertices, mesh.triangles.clone())?);

@@ -9,6 +9,7 @@ mod quadrics;
 #[cfg(test)]
 mod tests;
 
+use std::cell::Cell;
 use std::path::PathBuf;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -34,6 +35,15 @@ pub struct ShapeBindings {
     pub links: u32,
 }
 
+/// A shape and what is known of it only here.
+#[derive(Debug)]
+pub struct Built {
+    /// The shape.
+    pub shape: Shape,
+    /// How many faces it was stated with, where that is not the number of its primitives.
+    pub stated_faces: Option<u32>,
+}
+
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 
 /// Coordinates beyond this overflow areas in f32.
@@ -52,9 +62,10 @@ pub fn build_shape(
     bindings: ShapeBindings,
     displacement: Option<&Displacement>,
     warnings: &mut Warnings,
-) -> Result<Vec<Shape>> {
+) -> Result<Vec<Built>> {
     let params = &entity.entity.params;
-    let placement = Placement { affine: *to_space, reverse: entity.reverse_orientation, displacement };
+    let reverse = entity.reverse_orientation;
+    let placement = Placement { affine: *to_space, reverse, displacement, stated_faces: Cell::default() };
     if !to_space.is_finite() {
         return Err(placement.error(params, "its transformation is not finite"));
     }
@@ -93,7 +104,9 @@ pub fn build_shape(
             return Err(placement.error(params, format!("it reaches beyond {MAX_COORDINATE:e} units")));
         }
     }
-    Ok(shapes)
+    let stated = placement.stated_faces.get();
+    let stated_faces = |shape: &Shape| stated.filter(|_| matches!(shape.kind, ShapeKind::Triangles(_)));
+    Ok(shapes.into_iter().map(|shape| Built { stated_faces: stated_faces(&shape), shape }).collect())
 }
 
 /// Where a shape goes.
@@ -102,6 +115,8 @@ struct Placement<'a> {
     reverse: bool,
     /// What moves the points of meshes before.
     displacement: Option<&'a Displacement<'a>>,
+    /// [`Built::stated_faces`] of the triangles.
+    stated_faces: Cell<Option<u32>>,
 }
 
 impl Placement<'_> {

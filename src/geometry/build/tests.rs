@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DMat4, DVec3, Vec3};
 
-use super::{ShapeBindings, build_shape};
+use super::{Displacement, ShapeBindings, build_shape};
 use crate::geometry::{Shape, ShapeKind};
 use crate::math::transform::Animated;
 use crate::scene::{Entity, FileId, MaterialIndex, Param, ParamSet, ParamValue, ShapeEntity, Span, Warnings};
@@ -30,6 +30,7 @@ fn build_in(entity: &ShapeEntity, to_space: DAffine3) -> (Result<Vec<Shape>, Str
     let mut warnings = Warnings::default();
     let base = |name: &str| PathBuf::from("/nonexistent").join(name);
     let shapes = build_shape(entity, &to_space, &base, ShapeBindings::default(), None, &mut warnings);
+    let shapes = shapes.map(|shapes| shapes.into_iter().map(|built| built.shape).collect());
     (shapes.map_err(|e| e.to_string()), warnings)
 }
 
@@ -194,4 +195,26 @@ fn splines_become_the_same_curve() {
     let (at, count, widths) = middle(vec![("P", points(5)), degree()]);
     assert!(at.distance((p[0] + 2.0 * p[1] + p[2]) / 4.0) < 1e-5);
     assert_eq!((count, widths), (2, vec![[1.0, 1.0]; 2]));
+}
+
+/// What is a face in the file stays one, however many triangles it is cut into: powers of lights count faces.
+#[test]
+fn faces_of_files_are_counted_as_they_are_stated() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let header = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 3\n\
+                  property list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n3 1 0\n1 2 0\n0 1 0\n";
+    std::fs::write(folder.path().join("m.ply"), format!("{header}5 0 1 2 3 4\n3 0 1 2\n4 0 1 2 3\n")).expect("a file");
+    let entity = entity("plymesh", vec![("filename", word("m.ply"))]);
+    let base = |name: &str| folder.path().join(name);
+    let build = |displacement: Option<&Displacement>| {
+        let (bindings, mut warnings) = (ShapeBindings::default(), Warnings::default());
+        let built = build_shape(&entity, &DAffine3::IDENTITY, &base, bindings, displacement, &mut warnings);
+        assert!(warnings.list().is_empty(), "{warnings:?}");
+        let built = built.expect("a mesh");
+        built.iter().map(|built| (built.shape.primitive_count(), built.stated_faces)).collect::<Vec<_>>()
+    };
+    assert_eq!(build(None), [(4, Some(2)), (1, None)]);
+    let displacement =
+        Displacement { height: &|_, _, _| 0.0, to_world: [DAffine3::IDENTITY; 2], edge_length: 100.0, span: SPAN };
+    assert_eq!(build(Some(&displacement)), [(6, Some(3))]);
 }
