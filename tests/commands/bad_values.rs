@@ -290,7 +290,9 @@ fn nonsensical_materials() {
 fn nonsensical_media() {
     let inside = "\nMaterial \"interface\"\nMediumInterface \"m\" \"\"\nShape \"sphere\" \"float radius\" 2";
     let medium = |parameters: &str| format!("MakeNamedMedium \"m\" \"string type\" {parameters}{inside}");
+    let grids = |more: &str| medium(&format!("\"nanovdb\" \"string filename\" \"grids.nvdb\" {more}"));
     let folder = Folder::new("media");
+    folder.write("grids.nvdb", include_bytes!("../data/nanovdb/grids-zip.nvdb"));
     let mut faults = Faults::default();
     let mut cases = vec![
         (medium("\"nonsense\""), Refused("nonsense")),
@@ -299,6 +301,12 @@ fn nonsensical_media() {
         (medium("\"cloud\" \"point3 p1\" [0 1 1] \"float frequency\" 0.1"), Refused("no volume")),
         (medium("\"nanovdb\""), Refused("filename")),
         (medium("\"nanovdb\" \"string filename\" \"nothing.nvdb\""), Refused("nothing.nvdb")),
+        (grids("\"string gridname\" \"shell\" \"float LeScale\" 2"), Renders),
+        (grids("\"string gridname\" \"smoke\""), Refused("the file has no grid \"smoke\"")),
+        (grids("\"string temperaturename\" \"density\""), Renders),
+        (grids("\"string temperaturename\" \"heat\""), Warned("the medium does not glow")),
+        (grids("\"float LeScale\" 2 \"float Lescale\" 2"), Warned("\"Lescale\" is given too")),
+        (grids("\"float LeScale\" -2"), Refused("\"LeScale\"")),
         (medium("\"openvdb\""), Refused("openvdb")),
         (format!("MakeNamedMedium \"m\"{inside}"), Refused("type")),
         (inside.to_owned(), Refused("\"m\"")),
