@@ -14,6 +14,9 @@ pub enum SceneErrorKind {
     /// A parameter has a wrong type, count or value.
     #[error("{0}")]
     Parameter(String),
+    /// A shape that cannot be, while the scene can go on without it.
+    #[error("{0}")]
+    Shape(String),
     /// A name refers to nothing.
     #[error("{0}")]
     Undefined(String),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::{DAffine3, DMat4, DVec3, Vec3};
 
 use super::{Displacement, ShapeBindings, build_shape};
+use crate::geometry::curve::CurveKind;
 use crate::geometry::{Shape, ShapeKind};
 use crate::math::transform::Animated;
 use crate::scene::{Entity, FileId, MaterialIndex, Param, ParamSet, ParamValue, ShapeEntity, Span, Warnings};
@@ -56,15 +57,9 @@ fn what_is_wrong_is_an_error_that_says_so() {
     let nan = ParamValue::Vec3(vec![[0.0; 3], [f32::NAN, 0.0, 0.0], [1.0; 3]]);
     let huge = ParamValue::Vec3(vec![[0.0; 3], [1e30, 0.0, 0.0], [1.0; 3]]);
     let cases: Vec<Case> = vec![
-        ("trianglemesh", vec![], "\"P\" is missing"),
-        ("trianglemesh", vec![("P", points(4))], "\"indices\" are missing"),
-        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1, 3]))], "index 3 is out of range"),
-        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, -1, 2]))], "index -1 is out of range"),
         ("trianglemesh", vec![("P", nan)], "number 1 is not finite"),
         ("trianglemesh", vec![("P", huge)], "beyond"),
         ("trianglemesh", vec![("P", floats(1.0))], "expected point3"),
-        ("bilinearmesh", vec![("P", points(5))], "\"indices\" are missing"),
-        ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2, 9]))], "index 9"),
         ("plymesh", vec![], "\"filename\" is missing"),
         ("plymesh", vec![("filename", word("no.ply"))], "cannot read"),
         ("sphere", vec![("radius", floats(0.0))], "must be above 0"),
@@ -75,28 +70,54 @@ fn what_is_wrong_is_an_error_that_says_so() {
         ("disk", vec![("height", floats(f32::INFINITY))], "\"height\""),
         ("cylinder", vec![("zmin", floats(2.0)), ("zmax", floats(2.0))], "nothing lies between"),
         ("cylinder", vec![("radius", floats(-1.0))], "must be above 0"),
-        ("loopsubdiv", vec![], "\"P\" is missing"),
         ("loopsubdiv", vec![("P", points(3)), ("levels", ints(&[13]))], "from 0 to 12"),
-        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 1]))], "uses a point twice"),
-        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 2].repeat(2)))], "as another face does"),
         (
             "loopsubdiv",
             vec![("P", points(3)), ("indices", ints(&[0, 1, 2].repeat(64))), ("levels", ints(&[12]))],
             "come to more than",
         ),
-        ("curve", vec![("P", points(5))], "found 5"),
-        ("curve", vec![("P", points(0))], "found 0"),
-        ("curve", vec![("P", points(4)), ("degree", ParamValue::Integer(vec![4]))], "\"degree\" must be 2 or 3"),
-        ("curve", vec![("P", points(3)), ("basis", word("bspline"))], "at least 4"),
-        ("curve", vec![("P", points(4)), ("basis", word("hermite"))], "\"basis\" is \"hermite\""),
-        ("curve", vec![("P", points(4)), ("type", word("tube"))], "\"type\" is \"tube\""),
-        ("curve", vec![("P", points(4)), ("type", word("ribbon"))], "takes 2 normals"),
-        ("curve", vec![("P", points(4)), ("width", floats(-1.0))], "widths must not be negative"),
     ];
     for (kind, params, expected) in cases {
         let message = build(kind, params).expect_err(expected);
         assert!(message.contains(expected), "{message:?} lacks {expected:?}");
     }
+}
+
+/// As pbrt-v4 does.
+#[test]
+fn shapes_that_cannot_be_are_left_out() {
+    let ints = |v: &[i32]| ParamValue::Integer(v.to_vec());
+    let cases: Vec<Case> = vec![
+        ("trianglemesh", vec![], "\"P\" is missing"),
+        ("loopsubdiv", vec![], "\"P\" is missing"),
+        ("trianglemesh", vec![("P", points(4))], "\"indices\" are missing"),
+        ("bilinearmesh", vec![("P", points(5))], "\"indices\" are missing"),
+        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1, 3]))], "index 3 is out of range"),
+        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, -1, 2]))], "index -1 is out of range"),
+        ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2, 9]))], "index 9"),
+        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 1]))], "uses a point twice"),
+        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 2].repeat(2)))], "as another face does"),
+        ("curve", vec![("P", points(5))], "found 5"),
+        ("curve", vec![("P", points(0))], "found 0"),
+        ("curve", vec![("P", points(4)), ("degree", ParamValue::Integer(vec![4]))], "\"degree\" must be 2 or 3"),
+        ("curve", vec![("P", points(3)), ("basis", word("bspline"))], "at least 4"),
+        ("curve", vec![("P", points(4)), ("basis", word("hermite"))], "\"basis\" is \"hermite\""),
+        ("curve", vec![("P", points(4)), ("type", word("ribbon"))], "takes 2 normals"),
+        ("curve", vec![("P", points(4)), ("width", floats(-1.0))], "widths must not be negative"),
+    ];
+    for (kind, params, expected) in cases {
+        let (shapes, warnings) = build_in(&entity(kind, params), DAffine3::IDENTITY);
+        assert!(shapes.expect(expected).is_empty(), "{expected}");
+        let [said] = warnings.list() else { panic!("{expected}: {warnings:?}") };
+        assert!(said.message.contains(expected) && said.message.ends_with(": the shape is left out"), "{said:?}");
+        assert_eq!(said.span, Some(SPAN));
+        assert!(warnings.refuse_faults().is_err(), "{expected}");
+    }
+    let tube = vec![("P", points(4)), ("type", word("tube"))];
+    let (shapes, warnings) = build_in(&entity("curve", tube), DAffine3::IDENTITY);
+    let shapes = shapes.expect("a curve");
+    assert!(matches!(&shapes[0].kind, ShapeKind::Curves(curves) if curves.kind == CurveKind::Cylinder));
+    assert!(warnings.list()[0].message.contains("\"type\" is \"tube\"") && warnings.refuse_faults().is_err());
 }
 
 /// As pbrt-v4 does.
