@@ -32,7 +32,7 @@ const FEW_ENTITIES: usize = 1 << 16;
 /// Bytes on the heap of the parameters that shapes and lights have, or more.
 const PARAMETERS: usize = 256;
 
-/// Set in [`MaterialIndex`] while it still counts names: [`super::finish`] replaces it.
+/// Set in the index of a material or object while it still counts names: [`super::finish`] replaces it.
 pub const BY_NAME: u32 = 1 << 31;
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
@@ -120,6 +120,8 @@ pub struct Builder<'a, 'b> {
     pub(super) material_references: References,
     /// `MediumInterface`s.
     pub(super) medium_references: References,
+    /// `ObjectInstance`s of objects that were not defined yet.
+    pub(super) object_references: References,
     area_lights: Vec<(Option<Entity>, u32)>,
     pub(super) header: Header,
     pub(super) scene: SceneDescription,
@@ -175,6 +177,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             texture_names: HashMap::new(),
             material_references: References::default(),
             medium_references: References::default(),
+            object_references: References::default(),
             area_lights: Vec::new(),
             header: Header::default(),
             scene,
@@ -220,8 +223,10 @@ impl<'a, 'b> Builder<'a, 'b> {
                 materials: &self.material_names,
                 media: &self.medium_names,
                 textures: &self.texture_names,
+                objects: &self.object_names,
                 material_references: &self.material_references.list,
                 medium_references: &self.medium_references.list,
+                object_references: &self.object_references.list,
             },
         )
     }

@@ -25,7 +25,7 @@ use super::{SceneDescription, SceneError, Sources, Warnings};
 /// Reads the scene `path` (`.pbrt`, gzipped or not) and all that it includes. `sources` and `warnings` are filled on
 /// error too.
 ///
-/// Differences from pbrt-v4, all towards leniency: materials may be used before they are declared; an included file is
+/// Differences from pbrt-v4, all towards leniency: materials and objects may be used before they are declared; an included file is
 /// also looked for beside the file that includes it; an integer may be written `64.0`. Stricter: a non-finite
 /// transform is an error.
 ///

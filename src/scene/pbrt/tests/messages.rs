@@ -85,7 +85,11 @@ fn errors_have_their_place() {
             "WorldBegin ObjectBegin \"o\" ObjectBegin \"p\"",
             "main.pbrt:1:28: object definitions cannot nest: \"o\" of line 1 is open",
         ),
-        ("WorldBegin ObjectInstance \"o\"", "main.pbrt:1:27: no object called \"o\" is defined above"),
+        ("WorldBegin ObjectInstance \"o\"", "main.pbrt:1:27: no object is called \"o\""),
+        (
+            "WorldBegin ObjectBegin \"o\" ObjectInstance \"o\" ObjectEnd",
+            "main.pbrt:1:43: no object called \"o\" is defined above",
+        ),
         ("WorldBegin NamedMaterial \"m\"", "main.pbrt:1:26: no material is called \"m\""),
         ("WorldBegin MediumInterface \"m\" \"\"", "main.pbrt:1:28: no medium is called \"m\""),
         ("WorldBegin Material \"diffuse\" \"texture reflectance\" \"t\"", "main.pbrt:1:31: no texture is called \"t\""),
