@@ -278,10 +278,15 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::Camera => self.camera(span),
             D::ColorSpace => {
                 let (name, at) = self.reader.expect_string("a colour space's name")?;
-                self.state.color_space = RgbColorSpace::named(&name).ok_or_else(|| {
-                    SceneError::at(at, SceneErrorKind::Parameter(format!("unknown colour space \"{name}\"")))
-                        .help(did_you_mean(&name, &RgbColorSpace::NAMES))
-                })?;
+                match RgbColorSpace::named(&name) {
+                    Some(space) => self.state.color_space = space,
+                    None => {
+                        // As in pbrt-v4.
+                        let known = did_you_mean(&name, &RgbColorSpace::NAMES);
+                        let kept = format!("\"{}\" is kept", self.state.color_space.name);
+                        self.warnings.add_fault(at, format!("unknown colour space \"{name}\": {known}"), &kept);
+                    }
+                }
                 Ok(())
             }
             D::ConcatTransform => {

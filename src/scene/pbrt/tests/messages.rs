@@ -5,7 +5,8 @@ use super::*;
 #[test]
 fn warnings_name_what_happens() {
     for (text, part) in [
-        ("Accelerator \"kdtree\" WorldBegin", "Accelerator \"kdtree\""),
+        ("Accelerator \"octree\" WorldBegin", "Accelerator \"octree\""),
+        ("ColorSpace \"adobe\" WorldBegin", "unknown colour space \"adobe\""),
         ("WorldBegin TransformBegin TransformEnd", "TransformBegin is deprecated"),
         ("WorldBegin Shape \"a\" \"float r\" 1 \"float r\" 2", "given twice"),
         ("Film \"rgb\" Film \"rgb\" WorldBegin", "Film is given twice"),
@@ -102,7 +103,6 @@ fn errors_have_their_place() {
             "main.pbrt:1:24: a texture's type is float or spectrum, found \"color\"",
         ),
         ("WorldBegin MakeNamedMaterial \"m\"", "main.pbrt:1:30: MakeNamedMaterial \"m\" lacks its type"),
-        ("ColorSpace \"adobe\"", "main.pbrt:1:12: unknown colour space \"adobe\""),
         ("Rotate 90 0 0 0", "main.pbrt:1:1: Rotate's axis is zero"),
         (
             "LookAt 0 0 0 0 0 1 0 0 1",
