@@ -261,9 +261,11 @@ impl<'a, 'b> Builder<'a, 'b> {
         match directive {
             D::Accelerator => {
                 let entity = self.entity("Accelerator", span, None)?;
-                let message =
-                    format!("Accelerator \"{}\" is ignored: rays are traced through Embree or obvhs", entity.kind);
-                self.warnings.add(Some(span), message);
+                // pbrt-v4's own change no image, whatever their parameters.
+                if !matches!(entity.kind.as_str(), "bvh" | "kdtree") {
+                    let message = format!("Accelerator \"{}\" is not known: no image depends on it", entity.kind);
+                    self.warnings.add(Some(span), message);
+                }
                 Ok(())
             }
             D::ActiveTransform => self.active_transform(),
