@@ -127,6 +127,7 @@ fn other_systems_write_the_same_scenes() {
     let numbers = plain.replace("1 0.5 -0.001", "+1. .5 -1.e-3").replace("0.75", "[ 7.5E-1 ]");
     for (what, text) in [
         ("CRLF", plain.replace('\n', "\r\n")),
+        ("CR", format!("# comment\r{}", plain.replace('\n', "\r"))),
         ("a byte order mark", format!("\u{feff}{plain}")),
         ("tabs", plain.replace(' ', "\t")),
         ("a comment without an end", format!("# first\n{plain}# last \"unclosed")),

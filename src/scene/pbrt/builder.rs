@@ -580,7 +580,7 @@ impl<'a, 'b> Builder<'a, 'b> {
         if import {
             self.push(Opened::Import, at)?;
         }
-        self.reader.include(&path, at, import)
+        self.reader.include(&path, at, import, self.warnings)
     }
 }
 

@@ -33,6 +33,6 @@ use super::{SceneDescription, SceneError, Sources, Warnings};
 /// The first error of the text, with its place; [`SceneErrorKind::Limit`](super::SceneErrorKind::Limit) for files above
 /// 4 GiB, includes deeper than 64, blocks deeper than 65,536 and text that expands without bound.
 pub fn load(path: &Path, sources: &mut Sources, warnings: &mut Warnings) -> Result<SceneDescription, Box<SceneError>> {
-    let reader = reader::Reader::open(path, sources)?;
+    let reader = reader::Reader::open(path, sources, warnings)?;
     builder::Builder::new(reader, reader::folder_of(path), warnings).run()
 }

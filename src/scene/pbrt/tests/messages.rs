@@ -24,6 +24,8 @@ fn errors_have_their_place() {
     for (text, expected) in [
         ("", "main.pbrt:1:1: the file ends before WorldBegin"),
         ("WorldBegin\nShpae \"sphere\"", "main.pbrt:2:1: unknown directive `Shpae`"),
+        ("# old\rWorldBegin\r\n# comment\r\rShpae", "main.pbrt:5:1: unknown directive `Shpae`"),
+        ("WorldBegin Shape \"sphere\r\"", "main.pbrt:1:18: this string has no closing quote"),
         ("WorldBegin\n  \"float x\" 1", "main.pbrt:2:3: expected a directive, found `float x`"),
         ("WorldBegin\nTranslate 1 2 3 4", "main.pbrt:2:17: expected a directive, found the number `4`"),
         ("WorldBegin\nTranslate 1 2\nShape \"a\"", "main.pbrt:3:1: expected a number, found `Shape`"),
