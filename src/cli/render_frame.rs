@@ -1,5 +1,6 @@
 //! One frame of `lanternfish render`: loaded, rendered, written, and what there is to say about it.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::time::Instant;
 
@@ -8,7 +9,7 @@ use super::checkpoint_arguments::{CheckpointArguments, beside};
 use super::diagnostics::{print_warnings, say, warning_lines};
 use super::interrupt::Interrupts;
 use super::memory_guard::Guarded;
-use super::render_outputs::{Origin, Outputs};
+use super::render_outputs::{Origin, Outputs, possible_name};
 use super::render_report::{after_the_fact, command_line, conclude, lossy, replay_command, summarise};
 use crate::render::checkpoint::{self, CheckpointError, Keeper};
 use crate::render::identity::Identity;
@@ -56,8 +57,11 @@ impl Studio<'_> {
             }
             let (scene, timings) = loaded?;
             let inputs = inputs(&scene, sources);
-            let outputs =
-                Outputs::new(settings, path, scene.film.params.string("filename")?, checkpoints.checkpoint.0.is_some());
+            let mut named = scene.film.params.string("filename")?.map(Cow::from);
+            if settings.output.is_none() {
+                named = named.map(|name| possible_name(name, &scene.film.params, warnings));
+            }
+            let outputs = Outputs::new(settings, path, named.as_deref(), checkpoints.checkpoint.0.is_some());
             let all = inputs.iter().chain(&settings.load_cache).cloned();
             outputs.check(all.clone())?;
             let scene_seed = seed_of(&scene)?;
