@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::ExitStatus;
 use super::checkpoint_arguments::{CheckpointArguments, beside};
-use super::diagnostics::{print_warnings, say, warning_lines};
+use super::diagnostics::{print_warnings, print_warnings_before, say, warning_lines};
 use super::interrupt::Interrupts;
 use super::memory_guard::Guarded;
 use super::render_outputs::{Origin, Outputs, possible_name};
@@ -53,7 +53,7 @@ impl Studio<'_> {
         let prepared = pool.install(|| {
             let loaded = load(path, sources, warnings);
             if loaded.is_err() && !settings.quiet {
-                print_warnings(warnings, sources);
+                print_warnings_before(&loaded, warnings, sources);
             }
             let (scene, timings) = loaded?;
             let inputs = inputs(&scene, sources);
@@ -80,7 +80,7 @@ impl Studio<'_> {
             let taught = settings.load_cache.as_ref().map(|path| Lesson::read(path, &origin.lesson)).transpose()?;
             let job = Job::prepare_taught(&scene, settings, timings, warnings, taught);
             if !settings.quiet {
-                print_warnings(warnings, sources);
+                print_warnings_before(&job, warnings, sources);
             }
             Ok::<_, RenderError>(Some((job?, outputs, origin)))
         })?;
