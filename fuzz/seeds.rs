@@ -110,6 +110,7 @@ fn pictures() {
             ("tga", ImageFormat::Tga),
             ("bmp", ImageFormat::Bmp),
             ("qoi", ImageFormat::Qoi),
+            ("gif", ImageFormat::Gif),
             ("pnm", ImageFormat::Pnm),
         ] {
             let mut bytes = Cursor::new(Vec::new());

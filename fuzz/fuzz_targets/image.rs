@@ -1,4 +1,4 @@
-//! Images told by content: PNG, JPEG, BMP, QOI, PNM, Radiance HDR, PFM; and TGA, which is told by its name.
+//! Images told by content: PNG, JPEG, BMP, QOI, GIF, PNM, Radiance HDR, PFM; and TGA, which is told by its name.
 
 #![no_main]
 

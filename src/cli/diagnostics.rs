@@ -6,6 +6,7 @@ use annotate_snippets::{AnnotationKind, Group, Origin, Renderer, Snippet, normal
 use serde::Serialize;
 
 use super::log::{self, Level, Place};
+use crate::render::RenderError;
 use crate::scene::{SceneError, Sources, Span, Warning, Warnings};
 
 /// No more warnings than this are printed one by one.
@@ -92,6 +93,14 @@ impl Excerpt {
         let shift = before.len();
         Self { text: format!("{before}{}{after}", &line[from..to]), marked: start - from + shift..end - from + shift }
     }
+}
+
+/// Prints the warnings that go before `result`: if it is an error, without those that it says again.
+pub fn print_warnings_before<T>(result: &Result<T, RenderError>, warnings: &mut Warnings, sources: &Sources) {
+    if let Err(RenderError::Scene(error)) = result {
+        warnings.drop_told_by(error);
+    }
+    print_warnings(warnings, sources);
 }
 
 /// Prints warnings to the standard error output: the first thirty of them and the number of the others. All are counted.

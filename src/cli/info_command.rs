@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::ExitStatus;
 use super::arguments::InfoArguments;
-use super::diagnostics::{print_warnings, warning_lines};
+use super::diagnostics::{print_warnings_before, warning_lines};
 use super::images::{print_report, run_info_exr};
 use super::render_command::report_end;
 use crate::render::plan::Plan;
@@ -49,7 +49,7 @@ fn scene(
         Ok((scene, job?))
     });
     if !json {
-        print_warnings(warnings, sources);
+        print_warnings_before(&prepared, warnings, sources);
     }
     let (scene, job) = prepared?;
     let report = SceneReport {

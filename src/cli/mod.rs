@@ -82,6 +82,7 @@ impl From<&SceneErrorKind> for ExitStatus {
             SceneErrorKind::System(_) => Self::Failed,
             SceneErrorKind::Syntax(_)
             | SceneErrorKind::Parameter(_)
+            | SceneErrorKind::Shape(_)
             | SceneErrorKind::Undefined(_)
             | SceneErrorKind::File { .. }
             | SceneErrorKind::Unsupported(_) => Self::BadInput,

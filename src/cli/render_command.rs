@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::arguments::RenderArguments;
-use super::diagnostics::{print_error, print_message, print_warnings, say};
+use super::diagnostics::{print_error, print_message, print_warnings_before, say};
 use super::frames::{Frames, has_place, numbered};
 use super::interrupt::Interrupts;
 use super::limit_arguments::Shown;
@@ -190,7 +190,7 @@ fn replay(
             Job::prepare_taught(&scene, settings, timings, warnings, taught)
         });
         if !settings.quiet {
-            print_warnings(warnings, sources);
+            print_warnings_before(&prepared, warnings, sources);
         }
         let mut job = prepared?;
         let limit = match job.budget {

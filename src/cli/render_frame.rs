@@ -1,14 +1,15 @@
 //! One frame of `lanternfish render`: loaded, rendered, written, and what there is to say about it.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::time::Instant;
 
 use super::ExitStatus;
 use super::checkpoint_arguments::{CheckpointArguments, beside};
-use super::diagnostics::{print_warnings, say, warning_lines};
+use super::diagnostics::{print_warnings, print_warnings_before, say, warning_lines};
 use super::interrupt::Interrupts;
 use super::memory_guard::Guarded;
-use super::render_outputs::{Origin, Outputs};
+use super::render_outputs::{Origin, Outputs, possible_name};
 use super::render_report::{after_the_fact, command_line, conclude, lossy, replay_command, summarise};
 use crate::render::checkpoint::{self, CheckpointError, Keeper};
 use crate::render::identity::Identity;
@@ -52,12 +53,15 @@ impl Studio<'_> {
         let prepared = pool.install(|| {
             let loaded = load(path, sources, warnings);
             if loaded.is_err() && !settings.quiet {
-                print_warnings(warnings, sources);
+                print_warnings_before(&loaded, warnings, sources);
             }
             let (scene, timings) = loaded?;
             let inputs = inputs(&scene, sources);
-            let outputs =
-                Outputs::new(settings, path, scene.film.params.string("filename")?, checkpoints.checkpoint.0.is_some());
+            let mut named = scene.film.params.string("filename")?.map(Cow::from);
+            if settings.output.is_none() {
+                named = named.map(|name| possible_name(name, &scene.film.params, warnings));
+            }
+            let outputs = Outputs::new(settings, path, named.as_deref(), checkpoints.checkpoint.0.is_some());
             let all = inputs.iter().chain(&settings.load_cache).cloned();
             outputs.check(all.clone())?;
             let scene_seed = seed_of(&scene)?;
@@ -76,7 +80,7 @@ impl Studio<'_> {
             let taught = settings.load_cache.as_ref().map(|path| Lesson::read(path, &origin.lesson)).transpose()?;
             let job = Job::prepare_taught(&scene, settings, timings, warnings, taught);
             if !settings.quiet {
-                print_warnings(warnings, sources);
+                print_warnings_before(&job, warnings, sources);
             }
             Ok::<_, RenderError>(Some((job?, outputs, origin)))
         })?;

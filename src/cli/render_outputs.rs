@@ -1,5 +1,6 @@
 //! The files that a render writes: which there are, whether they can be written, and what goes into them.
 
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +15,7 @@ use crate::render::merge::{attributes, taken_text};
 use crate::render::stats::Statistics;
 use crate::render::{Job, Outcome, RenderError, RenderSettings, Timings};
 use crate::report::cache_points::{write_picture, write_ply};
+use crate::scene::{ParamSet, Warnings, with_slashes};
 use crate::system::output::{OutputError, check_writable, is_device, write_atomically};
 
 /// Where each output goes.
@@ -28,6 +30,28 @@ pub struct Outputs {
     lesson: Option<PathBuf>,
     /// What it goes on from, where it keeps that.
     pub checkpoint: Option<PathBuf>,
+}
+
+/// The output that a film names, as it can be here. Exporters write the whole path of a file on another machine: where there is no such folder, the file's
+/// own name is left, with a warning.
+pub fn possible_name<'a>(name: Cow<'a, str>, film: &ParamSet, warnings: &mut Warnings) -> Cow<'a, str> {
+    let slashed = with_slashes(&name);
+    let path = Path::new(&*slashed);
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let Some(own) = path.file_name().and_then(|own| own.to_str()) else { return name };
+    match folder {
+        None => name,
+        Some(folder) if folder.is_dir() => slashed.into_owned().into(),
+        Some(folder) => {
+            let span = film.get("filename").map(|param| param.span);
+            let message = format!(
+                "there is no folder {} for the image: it goes to the current one, as {own}; -o names another place",
+                folder.display()
+            );
+            warnings.add(span, message);
+            own.to_owned().into()
+        }
+    }
 }
 
 /// What an image is of, for its header.

@@ -87,7 +87,7 @@ impl ImageError {
     }
 }
 
-/// Reads PNG, JPEG, TGA, BMP, QOI, PNM, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA; alpha is never decoded.
+/// Reads PNG, JPEG, TGA, BMP, QOI, GIF, PNM, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA; alpha is never decoded.
 /// Of an OpenEXR file it takes `R G B (A)`, or `Y`, or the only channel there is.
 pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, ImageError> {
     Ok(read_stored(path)?.decoded(encoding))

@@ -128,13 +128,10 @@ impl FilmSettings {
         let filename = params.string("filename")?.map(str::to_owned);
         let sensor = sensor(scene, warnings)?;
         let gbuffer = if film.kind == "gbuffer" { Some(coordinates(film)?) } else { None };
-        if scene.camera.kind == "realistic" {
-            // The camera asks for it.
-            params.get("diagonal");
-        } else {
-            params.warn_ignored("diagonal", "only the realistic camera has a use for the sensor's size", warnings);
+        // The realistic camera asks for the first; files hold floats of 32 bits, whatever the second says.
+        for name in ["diagonal", "savefp16"] {
+            params.get(name);
         }
-        params.warn_ignored("savefp16", "files hold 32-bit floats", warnings);
         params.warn_unused(warnings);
         let filter = PixelFilter::build(&scene.filter, warnings)?;
         Ok(Self { resolution, bounds, filename, sensor, filter, gbuffer })

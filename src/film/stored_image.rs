@@ -1,6 +1,6 @@
 //! Image files as they are stored: bytes stay bytes, until somebody wants light.
 //!
-//! Formats are told by content: PNG, JPEG, TGA, BMP, QOI, PNM and Radiance HDR through the crate `image`, OpenEXR through [`super::exr`],
+//! Formats are told by content: PNG, JPEG, TGA, BMP, QOI, GIF, PNM and Radiance HDR through the crate `image`, OpenEXR through [`super::exr`],
 //! PFM by [`super::pfm`]. TGA has no signature, so what nothing else claims is tried as TGA if it is named so.
 
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
@@ -157,7 +157,7 @@ impl ImageHeader {
     }
 }
 
-/// Reads PNG, JPEG, TGA, BMP, QOI, PNM, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA. Of an OpenEXR file it takes `R G B (A)`,
+/// Reads PNG, JPEG, TGA, BMP, QOI, GIF, PNM, Radiance HDR, PFM or OpenEXR, by content. Grey with alpha becomes RGBA. Of an OpenEXR file it takes `R G B (A)`,
 /// or `Y`, or the only channel there is.
 pub fn read_stored(path: &Path) -> Result<StoredImage, ImageError> {
     read_stored_within(path, 0)
@@ -307,7 +307,7 @@ fn decoder<'a>(
     if reader.format().is_none() {
         let is_tga = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
         if !is_tga {
-            return Err(fail(&"not a PNG, JPEG, TGA, BMP, QOI, PNM, Radiance HDR, PFM or OpenEXR file"));
+            return Err(fail(&"not a PNG, JPEG, TGA, BMP, QOI, GIF, PNM, Radiance HDR, PFM or OpenEXR file"));
         }
         reader.set_format(ImageFormat::Tga);
     }

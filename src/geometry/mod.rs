@@ -56,7 +56,7 @@ pub struct Geometry {
     pub instance_links: Vec<[u32; 2]>,
     /// How many of the shapes are meshes whose points were moved by a texture.
     pub displaced: usize,
-    /// Of such a mesh that emits: how many faces it had before.
+    /// Of emitting meshes that were displaced, or of which faces were cut: how many faces they were stated with.
     pub stated_faces: HashMap<ShapeId, u32>,
 }
 

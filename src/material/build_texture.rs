@@ -287,7 +287,8 @@ impl<'a> TextureBuilder<'a> {
             Some("point") => Filter::Point,
             Some(other) => return Err(bad_word(params, "filter", other, "point, bilinear, trilinear or EWA")),
         };
-        params.warn_ignored("maxanisotropy", "it belongs to the EWA filter", self.warnings);
+        // Exporters state it for all filters.
+        params.get("maxanisotropy");
         let mapping = self.mapping(texture)?;
         let encoding = encoding(params)?;
         let scale = params.float("scale", 1.0)?;

@@ -47,7 +47,7 @@ impl Job {
         memory::check_film(scene, &film)?;
         let stated_depth = at_least(&scene.integrator, "maxdepth", 5, 0)?;
         let max_depth = settings.max_depth.unwrap_or(stated_depth).min(MOST_BOUNCES);
-        let scene_spp = samples_per_pixel(scene, warnings)?;
+        let scene_spp = samples_per_pixel(scene)?;
         let scene_seed = seed_of(scene)?;
         let seed = settings.seed(scene_seed);
         let mut lesson = lesson;
@@ -187,13 +187,13 @@ fn at_least(entity: &Entity, name: &str, default: i32, least: i32) -> Result<u32
 }
 
 /// Samples a pixel that the scene's `Sampler` asks for, with the defaults of pbrt-v4's samplers.
-fn samples_per_pixel(scene: &SceneDescription, warnings: &mut Warnings) -> Result<u32, Box<SceneError>> {
+fn samples_per_pixel(scene: &SceneDescription) -> Result<u32, Box<SceneError>> {
     let sampler = &scene.sampler;
     if sampler.kind != "stratified" {
         return at_least(sampler, "pixelsamples", 16, 1);
     }
     let (x, y) = (at_least(sampler, "xsamples", 4, 1)?, at_least(sampler, "ysamples", 4, 1)?);
-    sampler.params.warn_ignored("jitter", "points are Owen-scrambled Sobol' points", warnings);
+    sampler.params.get("jitter");
     x.checked_mul(y).ok_or_else(|| sampler.params.wrong("xsamples", "such that xsamples × ysamples is below 2^32"))
 }
 
@@ -241,11 +241,12 @@ fn warn_about_engine(scene: &SceneDescription, warnings: &mut Warnings) -> Resul
         let message = format!("sampler \"{sampler}\" is not known; points are Owen-scrambled Sobol' points");
         warnings.add(Some(scene.sampler.span()), message);
     }
-    params.warn_ignored("lightsampler", "--lights chooses how lights are selected", warnings);
-    if matches!(kind, "" | "volpath" | "path") && params.bool("regularize", false)? {
-        params.warn_ignored("regularize", "paths are never regularised: that would bias the image", warnings);
+    // What pbrt-v4 takes and what has no use here: `--lights` chooses how lights are selected, paths are never regularised (that would bias the image),
+    // and points are Owen-scrambled Sobol' points.
+    for name in ["lightsampler", "regularize"] {
+        params.get(name);
     }
-    scene.sampler.params.warn_ignored("randomization", "points are Owen-scrambled Sobol' points", warnings);
+    scene.sampler.params.get("randomization");
     options(&scene.options, warnings)?;
     params.warn_unused(warnings);
     scene.sampler.params.warn_unused(warnings);

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::path::PathBuf;
 
+use super::older;
 use super::source::{Sources, Span};
 
 /// What kind of thing was wrong.
@@ -14,6 +15,9 @@ pub enum SceneErrorKind {
     /// A parameter has a wrong type, count or value.
     #[error("{0}")]
     Parameter(String),
+    /// A shape that cannot be, while the scene can go on without it.
+    #[error("{0}")]
+    Shape(String),
     /// A name refers to nothing.
     #[error("{0}")]
     Undefined(String),
@@ -125,6 +129,13 @@ impl Warnings {
             Some((span, what)) => Err(SceneError::at(*span, SceneErrorKind::Parameter(what.clone()))
                 .help("without --strict it is passed over, with a warning")),
             None => Ok(()),
+        }
+    }
+
+    /// Drops those that tell what this error tells: how a file of an older pbrt is upgraded.
+    pub fn drop_told_by(&mut self, error: &SceneError) {
+        if older::says_so(error) {
+            self.list.retain(|warning| !warning.message.contains(older::UPGRADE));
         }
     }
 

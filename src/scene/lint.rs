@@ -7,20 +7,15 @@ use std::collections::HashSet;
 use self::used::Used;
 use super::{ObjectEntity, ParamValue, SceneDescription, Span, Warnings};
 
-/// Adds a warning for each definition that nothing which is used refers to, and for what is seldom meant. Media are not among them: of those that are not used every render tells.
+/// Adds warnings of definitions that nothing which is used refers to, and of what is seldom meant. Media are not among them: of those that are not used every render tells.
 pub fn lint(scene: &SceneDescription, warnings: &mut Warnings) {
     let used = Used::of(scene);
-    for (index, material) in scene.materials.iter().enumerate() {
-        let Some(name) = &material.name else { continue };
-        if !used.materials.contains(&index) {
-            warnings.add(Some(material.entity.span()), format!("material \"{name}\" is not used"));
-        }
-    }
-    for (index, texture) in scene.textures.iter().enumerate() {
-        if !used.textures.contains(&index) {
-            warnings.add(Some(texture.entity.span()), format!("texture \"{}\" is not used", texture.name));
-        }
-    }
+    let materials = scene.materials.iter().enumerate().filter(|(index, _)| !used.materials.contains(index));
+    let named = materials.filter_map(|(_, material)| Some((material.name.as_deref()?, material.entity.span())));
+    unused("material", &named.collect::<Vec<_>>(), warnings);
+    let textures = scene.textures.iter().enumerate().filter(|(index, _)| !used.textures.contains(index));
+    let named = textures.map(|(_, texture)| (texture.name.as_str(), texture.entity.span()));
+    unused("texture", &named.collect::<Vec<_>>(), warnings);
     for (index, object) in scene.objects.iter().enumerate() {
         if !used.objects.contains(&index) {
             warnings.add(Some(object.span), format!("object \"{}\" has no instance", object.name));
@@ -32,6 +27,23 @@ pub fn lint(scene: &SceneDescription, warnings: &mut Warnings) {
         warnings.add(Some(system.span), format!("coordinate system \"{}\" is not used", system.name));
     }
     oversights(scene, &used, warnings);
+}
+
+/// Unused things of one kind, named up to here: libraries of materials leave a great many unused.
+const MOST_NAMED: usize = 4;
+
+/// One warning for all unused things of one kind, at the first of them.
+fn unused(kind: &str, list: &[(&str, Span)], warnings: &mut Warnings) {
+    let Some(&(first, span)) = list.first() else { return };
+    if list.len() == 1 {
+        warnings.add(Some(span), format!("{kind} \"{first}\" is not used"));
+        return;
+    }
+    let named = list.iter().take(MOST_NAMED).map(|(name, span)| format!("\"{name}\" (line {})", span.line));
+    let others = list.len().saturating_sub(MOST_NAMED);
+    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
+    let message = format!("{} {kind}s are not used: {}{others}", list.len(), named.collect::<Vec<_>>().join(", "));
+    warnings.add(Some(span), message);
 }
 
 /// Adds a warning for each of the first few directives whose lights emit nothing: `places` are [`crate::light::Lights::dark_places`]. How many they are
@@ -73,11 +85,6 @@ fn oversights(scene: &SceneDescription, used: &Used<'_>, warnings: &mut Warnings
                 warnings.add(Some(param.span), format!("\"{}\" is 0: this light gives none", param.name));
             }
         }
-    }
-    let infinite: Vec<_> = scene.lights.iter().filter(|light| light.entity.kind == "infinite").collect();
-    if let [_, second, ..] = infinite.as_slice() {
-        let message = format!("there are {} infinite lights, which add up", infinite.len());
-        warnings.add(Some(second.entity.span()), message);
     }
     for shape in &scene.shapes {
         let material = &scene.materials[shape.material.0 as usize].entity;

@@ -1,14 +1,25 @@
 //! Files by the names that scenes have for them, which exporters on other systems write with backslashes.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// The file called `name` beside `folder`, unless the name is absolute. Where there is none and the name has backslashes, they are read as slashes, also those
 /// that began an escape (`\t`) without being meant so.
 pub fn locate(folder: &Path, name: &str) -> PathBuf {
     let path = folder.join(name);
-    let is_foreign = |c: char| c == '\\' || escaped(c).is_some();
-    if !name.contains(is_foreign) || path.exists() {
-        return path;
+    match with_slashes(name) {
+        Cow::Owned(slashed) if !path.exists() => {
+            let slashed = folder.join(slashed);
+            if slashed.exists() { slashed } else { path }
+        }
+        _ => path,
+    }
+}
+
+/// `name` with slashes in place of backslashes, also of those that began an escape.
+pub fn with_slashes(name: &str) -> Cow<'_, str> {
+    if !name.contains(|c: char| c == '\\' || escaped(c).is_some()) {
+        return name.into();
     }
     let mut slashed = String::with_capacity(name.len() + 1);
     for c in name.chars() {
@@ -17,8 +28,7 @@ pub fn locate(folder: &Path, name: &str) -> PathBuf {
             None => slashed.push(if c == '\\' { '/' } else { c }),
         }
     }
-    let slashed = folder.join(slashed);
-    if slashed.exists() { slashed } else { path }
+    slashed.into()
 }
 
 /// The letter behind the backslash that stands for this character in a string.

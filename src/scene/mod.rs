@@ -13,7 +13,7 @@ pub mod source;
 
 pub use description::*;
 pub use error::{SceneError, SceneErrorKind, Warning, Warnings};
-pub(crate) use locate::locate;
+pub(crate) use locate::{locate, with_slashes};
 pub use name::{Name, Names};
 pub use params::{Param, ParamSet, ParamValue, TextureOr};
 pub(crate) use pbrt::finish::undefined;

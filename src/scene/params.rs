@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::{SceneError, SceneErrorKind, Warnings};
 use super::name::Name;
+use super::older::UPGRADE;
 use super::source::Span;
 use crate::math::Rgb;
 use crate::math::spectrum::Spectrum;
@@ -154,13 +155,13 @@ impl ParamSet {
     }
 
     fn wrong_type<T>(&self, param: &Param, wanted: &str) -> Result<T> {
-        Err(SceneError::at(
-            param.span,
-            SceneErrorKind::Parameter(format!(
-                "parameter \"{}\" of {} has type {}, expected {wanted}",
-                param.name, self.owner, param.type_name
-            )),
-        ))
+        let what =
+            format!("parameter \"{}\" of {} has type {}, expected {wanted}", param.name, self.owner, param.type_name);
+        let error = SceneError::at(param.span, SceneErrorKind::Parameter(what));
+        // In pbrt-v3 the scale of a light is a colour.
+        let is_old = param.name == "scale" && self.owner.contains("LightSource") && wanted == "float";
+        let is_old = is_old && matches!(param.value, ParamValue::Spectrum(_));
+        Err(if is_old { error.help(UPGRADE) } else { error })
     }
 
     fn one<'a, T>(&self, param: &'a Param, values: &'a [T]) -> Result<&'a T> {
@@ -278,6 +279,10 @@ impl ParamSet {
     pub fn spectrum(&self, name: &str) -> Result<Option<&Spectrum>> {
         let Some(param) = self.get(name) else { return Ok(None) };
         match &param.value {
+            ParamValue::Spectrum(v) if v.len() == 2 && param.type_name == "blackbody" => {
+                let what = "pbrt-v3 takes a temperature and a scale";
+                self.one(param, v).map(Some).map_err(|error| error.help(format!("{what}; {UPGRADE}")))
+            }
             ParamValue::Spectrum(v) => Ok(Some(self.one(param, v)?)),
             _ => self.wrong_type(param, "rgb, spectrum or blackbody"),
         }

@@ -55,6 +55,25 @@ impl Sources {
 
     /// The text of one line (counted from 1), without its end; empty where there is none.
     pub fn line(&self, file: FileId, line: u32) -> &str {
-        self.text(file).lines().nth(line as usize - 1).unwrap_or("")
+        lines(self.text(file)).nth(line as usize - 1).unwrap_or("")
+    }
+}
+
+/// The lines of a text, without their ends: "\n", "\r\n", or "\r" alone. Behind the last end there is one more, perhaps empty.
+pub fn lines(text: &str) -> impl Iterator<Item = &str> {
+    text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_in_three_ways() {
+        let found: Vec<&str> = lines("a\nb\r\nc\rd\r\r\n\n").collect();
+        assert_eq!(found, ["a", "b", "c", "d", "", "", ""]);
+        let mut sources = Sources::default();
+        let file = sources.add("a", "a\rb\r\nc");
+        assert_eq!([1, 2, 3, 4].map(|line| sources.line(file, line)), ["a", "b", "c", ""]);
     }
 }

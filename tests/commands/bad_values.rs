@@ -70,15 +70,24 @@ fn nonsensical_shapes() {
         ("Shape \"sphere\" \"float zmin\" 2 \"float zmax\" 1", Orderly),
         ("Shape \"disk\" \"float radius\" -1", Refused("radius")),
         ("Shape \"disk\" \"float radius\" 1 \"float innerradius\" 2", Refused("innerradius")),
-        ("Shape \"trianglemesh\"", Refused("\"P\"")),
+        ("Shape \"trianglemesh\"", Warned("\"P\" is missing")),
         (
             "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2147483647]",
-            Refused("indices"),
+            Warned("the shape is left out"),
         ),
-        ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 -1]", Refused("indices")),
-        ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]", Refused("indices")),
+        (
+            "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 -1]",
+            Warned("the shape is left out"),
+        ),
+        (
+            "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]",
+            Warned("the shape is left out"),
+        ),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1]", Warned("cut off")),
-        ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"point3 P\" [0 0 0]", Refused("\"P\"")),
+        (
+            "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"point3 P\" [0 0 0]",
+            Warned("the shape is left out"),
+        ),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2]", Refused("groups of 3")),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 nan 0 0 0 1 0] \"integer indices\" [0 1 2]", Refused("nan")),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1e999 0 0 0 1 0] \"integer indices\" [0 1 2]", Refused("1e999")),
@@ -99,8 +108,8 @@ fn nonsensical_shapes() {
         ("Shape \"bilinearmesh\" \"point3 P\" [0 0 0 0 0 0 0 0 0 0 0 0]", Renders),
         ("Shape \"curve\" \"point3 P\" [0 0 0 0 0 0 0 0 0 0 0 0]", Orderly),
         ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"float width\" -1", Orderly),
-        ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0]", Refused("control points")),
-        ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"integer degree\" 99", Refused("degree")),
+        ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0]", Warned("control points")),
+        ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"integer degree\" 99", Warned("degree")),
         ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"integer splitdepth\" 1000", Orderly),
         (triangle!("\"texture displacement\" \"nothing\""), Refused("nothing")),
         (triangle!("\"string displacement\" \"nothing\""), Refused("displacement")),
@@ -177,6 +186,8 @@ fn faults_that_are_passed_over_are_refused_by_strict_renders() {
         ("CoordSysTransform \"nowhere\"", "nowhere"),
         (triangle!("\"integer indices\" [0 1 2 0]"), "indices"),
         (triangle!("\"point2 uv\" [0 0]"), "uv"),
+        (triangle!("\"integer indices\" [0 1 9]"), "the shape is left out"),
+        ("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0]", "the shape is left out"),
         (triangle!("\"normal3 N\" [0 0 1]"), "\"N\""),
     ] {
         folder.write("scene.pbrt", format!("{HEAD}{text}\nShape \"sphere\"\n"));
@@ -290,7 +301,9 @@ fn nonsensical_materials() {
 fn nonsensical_media() {
     let inside = "\nMaterial \"interface\"\nMediumInterface \"m\" \"\"\nShape \"sphere\" \"float radius\" 2";
     let medium = |parameters: &str| format!("MakeNamedMedium \"m\" \"string type\" {parameters}{inside}");
+    let grids = |more: &str| medium(&format!("\"nanovdb\" \"string filename\" \"grids.nvdb\" {more}"));
     let folder = Folder::new("media");
+    folder.write("grids.nvdb", include_bytes!("../data/nanovdb/grids-zip.nvdb"));
     let mut faults = Faults::default();
     let mut cases = vec![
         (medium("\"nonsense\""), Refused("nonsense")),
@@ -299,6 +312,12 @@ fn nonsensical_media() {
         (medium("\"cloud\" \"point3 p1\" [0 1 1] \"float frequency\" 0.1"), Refused("no volume")),
         (medium("\"nanovdb\""), Refused("filename")),
         (medium("\"nanovdb\" \"string filename\" \"nothing.nvdb\""), Refused("nothing.nvdb")),
+        (grids("\"string gridname\" \"shell\" \"float LeScale\" 2"), Renders),
+        (grids("\"string gridname\" \"smoke\""), Refused("the file has no grid \"smoke\"")),
+        (grids("\"string temperaturename\" \"density\""), Renders),
+        (grids("\"string temperaturename\" \"heat\""), Warned("the medium does not glow")),
+        (grids("\"float LeScale\" 2 \"float Lescale\" 2"), Warned("\"Lescale\" is given too")),
+        (grids("\"float LeScale\" -2"), Refused("\"LeScale\"")),
         (medium("\"openvdb\""), Refused("openvdb")),
         (format!("MakeNamedMedium \"m\"{inside}"), Refused("type")),
         (inside.to_owned(), Refused("\"m\"")),

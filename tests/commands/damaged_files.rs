@@ -156,6 +156,7 @@ fn damaged_images_are_survived() {
     survive_image("tga", &picture(image::ImageFormat::Tga), 30);
     survive_image("bmp", &picture(image::ImageFormat::Bmp), 32);
     survive_image("qoi", &picture(image::ImageFormat::Qoi), 34);
+    survive_image("gif", &picture(image::ImageFormat::Gif), 38);
     survive_image("ppm", &picture(image::ImageFormat::Pnm), 36);
     let mut hdr = Cursor::new(Vec::new());
     let radiance: Vec<image::Rgb<f32>> = (0..256).map(|i| image::Rgb([i as f32, 0.5, 100.0])).collect();

@@ -6,7 +6,7 @@ use crate::program::{Folder, HEAD};
 
 const UPGRADE: &str = "pbrt --upgrade";
 
-/// A scene of pbrt-v3 as its exporters write it: the first thing of that version says so, and the last is an error that names the way out.
+/// A scene of pbrt-v3 as its exporters write it: an error names the way out, or where there is none the first thing of that version.
 #[test]
 fn scenes_of_pbrt_v3_are_told_how_to_be_upgraded() {
     let scene = "Integrator \"path\" \"integer maxdepth\" [ 5 ]
@@ -29,12 +29,18 @@ WorldEnd
     for strict in [&[][..], &["--strict"]] {
         let run = folder.run(&[&["render", "v3.pbrt", "-o", "o.exr"], strict].concat()).code(3);
         let warnings = run.err.lines().filter(|line| line.starts_with("warning")).count();
-        assert_eq!(warnings, 1, "{}", run.err);
-        run.says("Sampler \"02sequence\" is of pbrt-v3").says("unknown directive `WorldEnd`").says(UPGRADE);
+        assert_eq!(warnings, 0, "the way out is told once: {}", run.err);
+        assert_eq!(run.err.matches(UPGRADE).count(), 1, "{}", run.err);
+        run.says("unknown directive `WorldEnd`").says(UPGRADE);
     }
     // Without its last line the film is what cannot be.
     folder.write("v3.pbrt", scene.replace("WorldEnd\n", ""));
-    folder.run(&["render", "v3.pbrt", "-o", "o.exr"]).code(3).says("film type \"image\" is not known").says(UPGRADE);
+    let run = folder
+        .run(&["render", "v3.pbrt", "-o", "o.exr"])
+        .code(3)
+        .says("film type \"image\" is not known")
+        .says(UPGRADE);
+    assert!(!run.err.contains("is of pbrt-v3"), "{}", run.err);
     // What is left is replaced, in one line each.
     folder.write("v3.pbrt", scene.replace("WorldEnd\n", "").replace("Film \"image\"", "Film \"rgb\""));
     let run = folder.run(&["render", "v3.pbrt", "-o", "o.exr"]).code(0);
@@ -54,6 +60,10 @@ fn every_old_spelling_has_its_line() {
         ("Material \"matte\" \"color Kd\" [1 0 0]", Refused(UPGRADE)),
         ("LightSource \"point\" \"xyz I\" [1 1 1]", Refused(UPGRADE)),
         ("WorldEnd", Refused(UPGRADE)),
+        ("LightSource \"point\" \"blackbody I\" [6500 1]", Refused(UPGRADE)),
+        ("AreaLightSource \"diffuse\" \"blackbody L\" [6500 1]\nShape \"sphere\"", Refused(UPGRADE)),
+        ("LightSource \"point\" \"rgb scale\" [1 1 1]", Refused(UPGRADE)),
+        ("AreaLightSource \"diffuse\" \"rgb scale\" [1 1 1]\nShape \"sphere\"", Refused(UPGRADE)),
         ("Texture2 \"x\"", Refused(UPGRADE)),
         ("Material \"uber\" \"rgb Kd\" [1 1 1] \"rgb Ks\" [0 0 0]\nShape \"sphere\"", Warned(UPGRADE)),
         (
@@ -127,6 +137,7 @@ fn other_systems_write_the_same_scenes() {
     let numbers = plain.replace("1 0.5 -0.001", "+1. .5 -1.e-3").replace("0.75", "[ 7.5E-1 ]");
     for (what, text) in [
         ("CRLF", plain.replace('\n', "\r\n")),
+        ("CR", format!("# comment\r{}", plain.replace('\n', "\r"))),
         ("a byte order mark", format!("\u{feff}{plain}")),
         ("tabs", plain.replace(' ', "\t")),
         ("a comment without an end", format!("# first\n{plain}# last \"unclosed")),
@@ -142,4 +153,52 @@ fn other_systems_write_the_same_scenes() {
         folder.write("scene.pbrt", format!("{HEAD}Shape \"sphere\" \"float radius\" {number}\n"));
         folder.run(&["render", "scene.pbrt", "-o", "o.exr"]).code(3).says("scene.pbrt:").says(line);
     }
+}
+
+/// Text that is not UTF-8 is read where it can be text at all.
+#[test]
+fn other_encodings_are_read_or_named() {
+    let folder = Folder::new("encodings");
+    let render = ["render", "scene.pbrt", "-o", "o.exr"];
+    let text = format!(
+        "{HEAD}MakeNamedMaterial \"gr?n\" \"string type\" \"diffuse\"\nNamedMaterial \"gr?n\"\nShape \"sphere\"\n"
+    );
+    folder.write("scene.pbrt", text.bytes().map(|byte| if byte == b'?' { 0xfc } else { byte }).collect::<Vec<u8>>());
+    let line = HEAD.lines().count() + 1;
+    folder.run(&render).code(0).says(&format!("scene.pbrt:{line}:22: this byte is not UTF-8")).says("Latin-1");
+    folder.write("scene.pbrt", text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
+    folder.run(&render).code(3);
+    let marked = "\u{feff}".to_owned() + &text;
+    folder.write("scene.pbrt", marked.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
+    folder.run(&render).code(3).says("scene.pbrt: it seems to be UTF-16 text").says("save it as UTF-8");
+    folder.write("scene.pbrt", b"PK\x03\x04\x14\0\0\0");
+    folder.run(&render).code(3).says("it seems to be a zip archive");
+}
+
+/// The path of an image on the exporter's machine: its own name is left. What the command line names is still an error.
+#[test]
+fn images_of_folders_that_are_not_here_go_to_this_one() {
+    let folder = Folder::new("elsewhere");
+    std::fs::create_dir(folder.path("out")).expect("a folder");
+    for (name, image, warns) in [
+        ("C:/Users/me/a.exr", "a.exr", true),
+        ("C:\\\\Users\\\\me\\\\b.png", "b.exr", true),
+        ("gone/c.exr", "c.exr", true),
+        ("out/d.exr", "out/d.exr", false),
+        ("out\\\\e.exr", "out/e.exr", false),
+        ("f.exr", "f.exr", false),
+    ] {
+        let film =
+            format!("Film \"rgb\" \"string filename\" \"{name}\" \"integer xresolution\" 4 \"integer yresolution\" 3");
+        folder.write("scene.pbrt", format!("{film}\nWorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n"));
+        let run = folder.run(&["render", "scene.pbrt", "--spp", "1"]).code(0);
+        assert!(folder.path(image).is_file(), "{name}: {}", run.err);
+        assert_eq!(run.err.contains("scene.pbrt:1:"), warns, "{name}: {}", run.err);
+        if warns {
+            run.says("there is no folder").says("-o names another place");
+        }
+        let run = folder.run(&["render", "scene.pbrt", "--spp", "1", "-o", "o.exr"]).code(0);
+        assert!(!run.err.contains("warning"), "{}", run.err);
+    }
+    folder.run(&["render", "scene.pbrt", "-o", "gone/a.exr"]).code(1).says("there is no folder gone");
 }

@@ -93,7 +93,7 @@ fn headers() {
                 "Film \"rgb\" {film} \"string filename\" \"o.exr\" \"float cropwindow\" [0 1 0 1] \"float diagonal\" 35 \"string sensor\" \"cie1931\" \
                  \"float iso\" 100 \"float whitebalance\" 0 \"float maxcomponentvalue\" 10 \"bool savefp16\" true\n"
             ),
-            &["\"diagonal\"", "biased", "\"savefp16\""],
+            &["biased"],
         ),
         (
             format!(
@@ -122,7 +122,7 @@ fn headers() {
             format!(
                 "Film \"rgb\" {film} Sampler \"stratified\" \"bool jitter\" true \"integer xsamples\" 1 \"integer ysamples\" 1 \"integer seed\" 1\n"
             ),
-            &["\"jitter\""],
+            &[],
         ),
         (format!("Film \"rgb\" {film} Sampler \"independent\" \"integer pixelsamples\" 1 \"integer seed\" 1\n"), &[]),
         (format!("Film \"rgb\" {film} Sampler \"pmj02bn\" \"integer pixelsamples\" 1 \"integer seed\" 1\n"), &[]),
@@ -130,25 +130,25 @@ fn headers() {
             format!(
                 "Film \"rgb\" {film} Sampler \"halton\" \"integer pixelsamples\" 1 \"string randomization\" \"permutedigits\" \"integer seed\" 1\n"
             ),
-            &["\"randomization\""],
+            &[],
         ),
         (
             format!(
                 "Film \"rgb\" {film} Sampler \"paddedsobol\" \"integer pixelsamples\" 1 \"string randomization\" \"none\"\n"
             ),
-            &["\"randomization\""],
+            &[],
         ),
         (
             format!(
                 "{base}Integrator \"volpath\" \"integer maxdepth\" 2 \"string lightsampler\" \"bvh\" \"bool regularize\" true\n"
             ),
-            &["\"lightsampler\"", "\"regularize\""],
+            &[],
         ),
         (
             format!(
                 "{base}Integrator \"path\" \"integer maxdepth\" 2 \"string lightsampler\" \"bvh\" \"bool regularize\" false\n"
             ),
-            &["\"lightsampler\""],
+            &[],
         ),
         (
             format!("{base}Integrator \"ambientocclusion\" \"bool cossample\" true \"float maxdistance\" 1\n"),
@@ -180,10 +180,7 @@ fn headers() {
             &["integrator \"simplepath\""],
         ),
         (format!("{base}Integrator \"randomwalk\" \"integer maxdepth\" 2\n"), &["integrator \"randomwalk\""]),
-        (
-            format!("{base}Accelerator \"bvh\" \"integer maxnodeprims\" 4 \"string splitmethod\" \"sah\"\n"),
-            &["Accelerator \"bvh\""],
-        ),
+        (format!("{base}Accelerator \"bvh\" \"integer maxnodeprims\" 4 \"string splitmethod\" \"sah\"\n"), &[]),
         (
             format!(
                 "{base}Option \"bool disablepixeljitter\" false\nOption \"bool disabletexturefiltering\" false\nOption \"bool disablewavelengthjitter\" true\n\

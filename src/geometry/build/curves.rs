@@ -14,13 +14,14 @@ pub(super) fn curve(params: &ParamSet, placement: &Placement, warnings: &mut War
         "cylinder" => CurveKind::Cylinder,
         "ribbon" => CurveKind::Ribbon,
         other => {
-            let what = format!("\"type\" is \"{other}\", expected \"flat\", \"cylinder\" or \"ribbon\"");
-            return Err(placement.error(params, what));
+            let what = format!("{}: \"type\" is \"{other}\", not \"flat\", \"cylinder\" or \"ribbon\"", params.owner);
+            warnings.add_fault(params.span, what, "it is taken for \"cylinder\"");
+            CurveKind::Cylinder
         }
     };
     let degree = params.integer("degree", 3)?;
     if degree != 2 && degree != 3 {
-        return Err(placement.error(params, format!("\"degree\" must be 2 or 3, found {degree}")));
+        return Err(placement.unusable(params, format!("\"degree\" must be 2 or 3, found {degree}")));
     }
     let degree = degree as usize;
     let points = placement.points(params, "P", params.vec3s("P")?)?;
@@ -31,7 +32,7 @@ pub(super) fn curve(params: &ParamSet, placement: &Placement, warnings: &mut War
                 degree + 1,
                 points.len()
             );
-            placement.error(params, what)
+            placement.unusable(params, what)
         })?,
         "bspline" => spline_segments(&points, degree).ok_or_else(|| {
             let what = format!(
@@ -39,11 +40,11 @@ pub(super) fn curve(params: &ParamSet, placement: &Placement, warnings: &mut War
                 degree + 1,
                 points.len()
             );
-            placement.error(params, what)
+            placement.unusable(params, what)
         })?,
         other => {
             let what = format!("\"basis\" is \"{other}\", expected \"bezier\" or \"bspline\"");
-            return Err(placement.error(params, what));
+            return Err(placement.unusable(params, what));
         }
     };
     let count = control_points.len();
@@ -54,7 +55,7 @@ pub(super) fn curve(params: &ParamSet, placement: &Placement, warnings: &mut War
     let sane = |w: f32| (0.0..=super::MAX_COORDINATE).contains(&w);
     if !sane(start) || !sane(end) || (start == 0.0 && end == 0.0) {
         let what = format!("widths must not be negative nor both 0, found {} and {}", ends[0], ends[1]);
-        return Err(placement.error(params, what));
+        return Err(placement.unusable(params, what));
     }
     // Of no effect: the intersection decides itself how finely a curve is cut.
     params.get("splitdepth");
@@ -63,14 +64,14 @@ pub(super) fn curve(params: &ParamSet, placement: &Placement, warnings: &mut War
     let normals = match kind {
         CurveKind::Ribbon if normals.len() == count + 1 => {
             if let Some(i) = normals.iter().position(|n| *n == Vec3::ZERO) {
-                return Err(placement.error(params, format!("\"N\" number {i} is zero")));
+                return Err(placement.unusable(params, format!("\"N\" number {i} is zero")));
             }
             normals.windows(2).map(|n| [n[0], n[1]]).collect()
         }
         CurveKind::Ribbon => {
             let what =
                 format!("a ribbon of {count} segments takes {} normals in \"N\", found {}", count + 1, normals.len());
-            return Err(placement.error(params, what));
+            return Err(placement.unusable(params, what));
         }
         CurveKind::Flat | CurveKind::Cylinder => {
             if !normals.is_empty() {

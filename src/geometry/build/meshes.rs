@@ -32,7 +32,7 @@ impl Placement<'_> {
                 return Ok(vec![std::array::from_fn(|i| i as u32)]);
             }
             let what = format!("\"indices\" are missing; only with exactly {N} points can they be, found {vertices}");
-            return Err(self.error(params, what));
+            return Err(self.unusable(params, what));
         }
         let (groups, rest) = indices.as_chunks::<N>();
         if !rest.is_empty() {
@@ -44,7 +44,7 @@ impl Placement<'_> {
             .map(|group| {
                 if let Some(bad) = group.iter().find(|&&i| i < 0 || i as usize >= vertices) {
                     let what = format!("index {bad} is out of range: there are {vertices} points in \"P\"");
-                    return Err(self.error(params, what));
+                    return Err(self.unusable(params, what));
                 }
                 Ok(group.map(|i| i as u32))
             })
@@ -104,7 +104,7 @@ fn stated(params: &ParamSet) -> Result<Vertices<'_>> {
 }
 
 fn no_points(params: &ParamSet, placement: &Placement, vertices: &Vertices) -> Option<Box<SceneError>> {
-    vertices.positions.is_empty().then(|| placement.error(params, "\"P\" is missing or empty"))
+    vertices.positions.is_empty().then(|| placement.unusable(params, "\"P\" is missing or empty"))
 }
 
 /// Marks what pbrt-v4's meshes take besides and what changes no image: numbers of faces, which only Ptex asks for, a way to sample an emitter, the one
@@ -161,7 +161,7 @@ pub(super) fn loop_subdivision(params: &ParamSet, placement: &Placement, warning
     // Before anything is computed with them: whether they are finite.
     placement.points(params, "P", points)?;
     let control = points.iter().map(|p| Vec3::from_array(*p).as_dvec3()).collect();
-    let surface = subdivide(control, faces, levels).map_err(|what| placement.error(params, what))?;
+    let surface = subdivide(control, faces, levels).map_err(|what| placement.unusable(params, what))?;
     let single = |list: &[DVec3]| -> Vec<[f32; 3]> { list.iter().map(|v| v.as_vec3().to_array()).collect() };
     let (positions, normals) = (single(&surface.positions), single(&surface.normals));
     let vertices = Vertices { positions: &positions, normals: &normals, uvs: &[] };
@@ -182,6 +182,9 @@ pub(super) fn ply_mesh(
         error.span.get_or_insert(params.span);
         error
     })?;
+    for fault in &mesh.faults {
+        warnings.add_fault(params.span, format!("{name}: {}", fault.what), fault.instead);
+    }
     let mut vertices = Vertices { positions: &mesh.positions, normals: &mesh.normals, uvs: &mesh.uvs };
     placement.check_counts(params, &mut vertices, warnings)?;
     let count = vertices.positions.len();
@@ -194,9 +197,13 @@ pub(super) fn ply_mesh(
     match placement.displacement {
         Some(displacement) if !(mesh.triangles.is_empty() && rows.is_empty()) => {
             kinds.push(placement.displaced(displacement, params, &vertices, &mesh.triangles, &rows)?);
+            placement.stated_faces.set(Some(mesh.triangle_faces + rows.len() as u32));
             return Ok(kinds);
         }
         _ => {}
+    }
+    if mesh.triangle_faces as usize != mesh.triangles.len() {
+        placement.stated_faces.set(Some(mesh.triangle_faces));
     }
     if !mesh.triangles.is_empty() {
         kinds.push(placement.triangles(params, &vertices, mesh.triangles.clone())?);

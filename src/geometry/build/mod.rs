@@ -9,6 +9,7 @@ mod quadrics;
 #[cfg(test)]
 mod tests;
 
+use std::cell::Cell;
 use std::path::PathBuf;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -34,6 +35,15 @@ pub struct ShapeBindings {
     pub links: u32,
 }
 
+/// A shape and what is known of it only here.
+#[derive(Debug)]
+pub struct Built {
+    /// The shape.
+    pub shape: Shape,
+    /// How many faces it was stated with, where that is not the number of its primitives.
+    pub stated_faces: Option<u32>,
+}
+
 type Result<T> = std::result::Result<T, Box<SceneError>>;
 
 /// Coordinates beyond this overflow areas in f32.
@@ -43,8 +53,12 @@ pub const MAX_COORDINATE: f32 = 1e18;
 /// empty meshes; two for a PLY file with triangles and quads.
 ///
 /// `to_space` maps object space to render space or to the prototype's; `base` resolves file names. The parameters `alpha` and, of meshes,
-/// `displacement` are the caller's to read ([`ShapeBindings::alpha`], [`Displacement`]). Errors name what was wrong: indices out of
-/// range, wrong counts, values that are not finite or too large, transforms that flatten a quadric, meshes too fine for memory.
+/// `displacement` are the caller's to read ([`ShapeBindings::alpha`], [`Displacement`]). Shapes that pbrt-v4 goes on without are left out
+/// with a warning: indices out of range, numbers of points that make no curve, surfaces that are none.
+///
+/// # Errors
+/// Parameters of wrong types, values that are not finite or too large, transforms that flatten a quadric, files that cannot be read, meshes too
+/// fine for memory.
 pub fn build_shape(
     entity: &ShapeEntity,
     to_space: &DAffine3,
@@ -52,27 +66,36 @@ pub fn build_shape(
     bindings: ShapeBindings,
     displacement: Option<&Displacement>,
     warnings: &mut Warnings,
-) -> Result<Vec<Shape>> {
+) -> Result<Vec<Built>> {
     let params = &entity.entity.params;
-    let placement = Placement { affine: *to_space, reverse: entity.reverse_orientation, displacement };
+    let reverse = entity.reverse_orientation;
+    let placement = Placement { affine: *to_space, reverse, displacement, stated_faces: Cell::default() };
     if !to_space.is_finite() {
         return Err(placement.error(params, "its transformation is not finite"));
     }
     // The caller turns it into a texture; here it only counts as used.
     params.get("alpha");
-    let kinds = match entity.entity.kind.as_str() {
-        "trianglemesh" => meshes::triangle_mesh(params, &placement, warnings)?,
-        "plymesh" => meshes::ply_mesh(params, &placement, base, warnings)?,
-        "loopsubdiv" => meshes::loop_subdivision(params, &placement, warnings)?,
-        "bilinearmesh" => meshes::bilinear_mesh(params, &placement, warnings)?,
-        "sphere" => vec![quadrics::sphere(params, &placement)?],
-        "disk" => vec![quadrics::disk(params, &placement)?],
-        "cylinder" => vec![quadrics::cylinder(params, &placement)?],
-        "curve" => vec![curves::curve(params, &placement, warnings)?],
+    let built = match entity.entity.kind.as_str() {
+        "trianglemesh" => meshes::triangle_mesh(params, &placement, warnings),
+        "plymesh" => meshes::ply_mesh(params, &placement, base, warnings),
+        "loopsubdiv" => meshes::loop_subdivision(params, &placement, warnings),
+        "bilinearmesh" => meshes::bilinear_mesh(params, &placement, warnings),
+        "sphere" => quadrics::sphere(params, &placement).map(|kind| vec![kind]),
+        "disk" => quadrics::disk(params, &placement).map(|kind| vec![kind]),
+        "cylinder" => quadrics::cylinder(params, &placement).map(|kind| vec![kind]),
+        "curve" => curves::curve(params, &placement, warnings).map(|kind| vec![kind]),
         other => {
             warnings.add(Some(params.span), format!("shapes of type \"{other}\" are not supported; it is left out"));
             return Ok(Vec::new());
         }
+    };
+    let kinds = match built {
+        Err(error) if matches!(error.kind, SceneErrorKind::Shape(_)) => {
+            // As in pbrt-v4, which goes on without it.
+            warnings.add_fault(error.span.unwrap_or(params.span), error.to_string(), "the shape is left out");
+            return Ok(Vec::new());
+        }
+        built => built?,
     };
     params.warn_unused(warnings);
     let shape = |kind| Shape {
@@ -93,7 +116,9 @@ pub fn build_shape(
             return Err(placement.error(params, format!("it reaches beyond {MAX_COORDINATE:e} units")));
         }
     }
-    Ok(shapes)
+    let stated = placement.stated_faces.get();
+    let stated_faces = |shape: &Shape| stated.filter(|_| matches!(shape.kind, ShapeKind::Triangles(_)));
+    Ok(shapes.into_iter().map(|shape| Built { stated_faces: stated_faces(&shape), shape }).collect())
 }
 
 /// Where a shape goes.
@@ -102,6 +127,8 @@ struct Placement<'a> {
     reverse: bool,
     /// What moves the points of meshes before.
     displacement: Option<&'a Displacement<'a>>,
+    /// [`Built::stated_faces`] of the triangles.
+    stated_faces: Cell<Option<u32>>,
 }
 
 impl Placement<'_> {
@@ -118,6 +145,11 @@ impl Placement<'_> {
 
     fn error(&self, params: &ParamSet, what: impl std::fmt::Display) -> Box<SceneError> {
         SceneError::at(params.span, SceneErrorKind::Parameter(format!("{}: {what}", params.owner)))
+    }
+
+    /// The error of a shape that the scene goes on without.
+    fn unusable(&self, params: &ParamSet, what: impl std::fmt::Display) -> Box<SceneError> {
+        SceneError::at(params.span, SceneErrorKind::Shape(format!("{}: {what}", params.owner)))
     }
 
     /// Points into the shape's space, rounded last.

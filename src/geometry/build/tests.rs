@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DMat4, DVec3, Vec3};
 
-use super::{ShapeBindings, build_shape};
+use super::{Displacement, ShapeBindings, build_shape};
+use crate::geometry::curve::CurveKind;
 use crate::geometry::{Shape, ShapeKind};
 use crate::math::transform::Animated;
 use crate::scene::{Entity, FileId, MaterialIndex, Param, ParamSet, ParamValue, ShapeEntity, Span, Warnings};
@@ -30,6 +31,7 @@ fn build_in(entity: &ShapeEntity, to_space: DAffine3) -> (Result<Vec<Shape>, Str
     let mut warnings = Warnings::default();
     let base = |name: &str| PathBuf::from("/nonexistent").join(name);
     let shapes = build_shape(entity, &to_space, &base, ShapeBindings::default(), None, &mut warnings);
+    let shapes = shapes.map(|shapes| shapes.into_iter().map(|built| built.shape).collect());
     (shapes.map_err(|e| e.to_string()), warnings)
 }
 
@@ -55,15 +57,9 @@ fn what_is_wrong_is_an_error_that_says_so() {
     let nan = ParamValue::Vec3(vec![[0.0; 3], [f32::NAN, 0.0, 0.0], [1.0; 3]]);
     let huge = ParamValue::Vec3(vec![[0.0; 3], [1e30, 0.0, 0.0], [1.0; 3]]);
     let cases: Vec<Case> = vec![
-        ("trianglemesh", vec![], "\"P\" is missing"),
-        ("trianglemesh", vec![("P", points(4))], "\"indices\" are missing"),
-        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1, 3]))], "index 3 is out of range"),
-        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, -1, 2]))], "index -1 is out of range"),
         ("trianglemesh", vec![("P", nan)], "number 1 is not finite"),
         ("trianglemesh", vec![("P", huge)], "beyond"),
         ("trianglemesh", vec![("P", floats(1.0))], "expected point3"),
-        ("bilinearmesh", vec![("P", points(5))], "\"indices\" are missing"),
-        ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2, 9]))], "index 9"),
         ("plymesh", vec![], "\"filename\" is missing"),
         ("plymesh", vec![("filename", word("no.ply"))], "cannot read"),
         ("sphere", vec![("radius", floats(0.0))], "must be above 0"),
@@ -74,28 +70,54 @@ fn what_is_wrong_is_an_error_that_says_so() {
         ("disk", vec![("height", floats(f32::INFINITY))], "\"height\""),
         ("cylinder", vec![("zmin", floats(2.0)), ("zmax", floats(2.0))], "nothing lies between"),
         ("cylinder", vec![("radius", floats(-1.0))], "must be above 0"),
-        ("loopsubdiv", vec![], "\"P\" is missing"),
         ("loopsubdiv", vec![("P", points(3)), ("levels", ints(&[13]))], "from 0 to 12"),
-        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 1]))], "uses a point twice"),
-        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 2].repeat(2)))], "as another face does"),
         (
             "loopsubdiv",
             vec![("P", points(3)), ("indices", ints(&[0, 1, 2].repeat(64))), ("levels", ints(&[12]))],
             "come to more than",
         ),
-        ("curve", vec![("P", points(5))], "found 5"),
-        ("curve", vec![("P", points(0))], "found 0"),
-        ("curve", vec![("P", points(4)), ("degree", ParamValue::Integer(vec![4]))], "\"degree\" must be 2 or 3"),
-        ("curve", vec![("P", points(3)), ("basis", word("bspline"))], "at least 4"),
-        ("curve", vec![("P", points(4)), ("basis", word("hermite"))], "\"basis\" is \"hermite\""),
-        ("curve", vec![("P", points(4)), ("type", word("tube"))], "\"type\" is \"tube\""),
-        ("curve", vec![("P", points(4)), ("type", word("ribbon"))], "takes 2 normals"),
-        ("curve", vec![("P", points(4)), ("width", floats(-1.0))], "widths must not be negative"),
     ];
     for (kind, params, expected) in cases {
         let message = build(kind, params).expect_err(expected);
         assert!(message.contains(expected), "{message:?} lacks {expected:?}");
     }
+}
+
+/// As pbrt-v4 does.
+#[test]
+fn shapes_that_cannot_be_are_left_out() {
+    let ints = |v: &[i32]| ParamValue::Integer(v.to_vec());
+    let cases: Vec<Case> = vec![
+        ("trianglemesh", vec![], "\"P\" is missing"),
+        ("loopsubdiv", vec![], "\"P\" is missing"),
+        ("trianglemesh", vec![("P", points(4))], "\"indices\" are missing"),
+        ("bilinearmesh", vec![("P", points(5))], "\"indices\" are missing"),
+        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, 1, 3]))], "index 3 is out of range"),
+        ("trianglemesh", vec![("P", points(3)), ("indices", ints(&[0, -1, 2]))], "index -1 is out of range"),
+        ("bilinearmesh", vec![("P", points(4)), ("indices", ints(&[0, 1, 2, 9]))], "index 9"),
+        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 1]))], "uses a point twice"),
+        ("loopsubdiv", vec![("P", points(3)), ("indices", ints(&[0, 1, 2].repeat(2)))], "as another face does"),
+        ("curve", vec![("P", points(5))], "found 5"),
+        ("curve", vec![("P", points(0))], "found 0"),
+        ("curve", vec![("P", points(4)), ("degree", ParamValue::Integer(vec![4]))], "\"degree\" must be 2 or 3"),
+        ("curve", vec![("P", points(3)), ("basis", word("bspline"))], "at least 4"),
+        ("curve", vec![("P", points(4)), ("basis", word("hermite"))], "\"basis\" is \"hermite\""),
+        ("curve", vec![("P", points(4)), ("type", word("ribbon"))], "takes 2 normals"),
+        ("curve", vec![("P", points(4)), ("width", floats(-1.0))], "widths must not be negative"),
+    ];
+    for (kind, params, expected) in cases {
+        let (shapes, warnings) = build_in(&entity(kind, params), DAffine3::IDENTITY);
+        assert!(shapes.expect(expected).is_empty(), "{expected}");
+        let [said] = warnings.list() else { panic!("{expected}: {warnings:?}") };
+        assert!(said.message.contains(expected) && said.message.ends_with(": the shape is left out"), "{said:?}");
+        assert_eq!(said.span, Some(SPAN));
+        assert!(warnings.refuse_faults().is_err(), "{expected}");
+    }
+    let tube = vec![("P", points(4)), ("type", word("tube"))];
+    let (shapes, warnings) = build_in(&entity("curve", tube), DAffine3::IDENTITY);
+    let shapes = shapes.expect("a curve");
+    assert!(matches!(&shapes[0].kind, ShapeKind::Curves(curves) if curves.kind == CurveKind::Cylinder));
+    assert!(warnings.list()[0].message.contains("\"type\" is \"tube\"") && warnings.refuse_faults().is_err());
 }
 
 /// As pbrt-v4 does.
@@ -194,4 +216,26 @@ fn splines_become_the_same_curve() {
     let (at, count, widths) = middle(vec![("P", points(5)), degree()]);
     assert!(at.distance((p[0] + 2.0 * p[1] + p[2]) / 4.0) < 1e-5);
     assert_eq!((count, widths), (2, vec![[1.0, 1.0]; 2]));
+}
+
+/// What is a face in the file stays one, however many triangles it is cut into: powers of lights count faces.
+#[test]
+fn faces_of_files_are_counted_as_they_are_stated() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let header = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 3\n\
+                  property list uchar int vertex_indices\nend_header\n0 0 0\n2 0 0\n3 1 0\n1 2 0\n0 1 0\n";
+    std::fs::write(folder.path().join("m.ply"), format!("{header}5 0 1 2 3 4\n3 0 1 2\n4 0 1 2 3\n")).expect("a file");
+    let entity = entity("plymesh", vec![("filename", word("m.ply"))]);
+    let base = |name: &str| folder.path().join(name);
+    let build = |displacement: Option<&Displacement>| {
+        let (bindings, mut warnings) = (ShapeBindings::default(), Warnings::default());
+        let built = build_shape(&entity, &DAffine3::IDENTITY, &base, bindings, displacement, &mut warnings);
+        assert!(warnings.list().is_empty(), "{warnings:?}");
+        let built = built.expect("a mesh");
+        built.iter().map(|built| (built.shape.primitive_count(), built.stated_faces)).collect::<Vec<_>>()
+    };
+    assert_eq!(build(None), [(4, Some(2)), (1, None)]);
+    let displacement =
+        Displacement { height: &|_, _, _| 0.0, to_world: [DAffine3::IDENTITY; 2], edge_length: 100.0, span: SPAN };
+    assert_eq!(build(Some(&displacement)), [(6, Some(3))]);
 }

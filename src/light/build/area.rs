@@ -154,7 +154,7 @@ impl Builder<'_> {
     /// How often `power` counts for a shape: in pbrt-v4 each face of a mesh, as it is stated, is a light of its own. Here all faces emit alike, so those that
     /// differ in size do not each emit what they would there, and that is said.
     fn emitting_faces(&mut self, id: ShapeId, transform: Option<&MotionTransform>, span: Option<Span>) -> f32 {
-        // A displaced mesh has other faces, as many as its edges are short.
+        // A displaced mesh has other faces, as many as its edges are short; one with faces of many corners has more.
         if let Some(&stated) = self.geometry.stated_faces.get(&id) {
             return stated.max(1) as f32;
         }

@@ -1,4 +1,4 @@
-//! pbrt's medium type `nanovdb`: the grids "density" and "temperature" of a .nvdb file.
+//! pbrt's medium type `nanovdb`: the grids "density" and "temperature" of a .nvdb file, or those that `gridname` and `temperaturename` name.
 //!
 //! Source: pbrt-v4's file format, and its section 11.4.2 for what temperatures emit: L_e = Lescale times a black body whose largest value is 1, of
 //! (temperature - temperatureoffset) · temperaturescale kelvin.
@@ -54,6 +54,15 @@ impl Source<'_> {
     }
 }
 
+/// What emission is multiplied by: `Lescale`, or by its older name `LeScale`.
+fn emission_scale(params: &ParamSet, warnings: &mut Warnings) -> Result<f32> {
+    if !params.has("Lescale") {
+        return factor(params, "LeScale", 1.0);
+    }
+    params.warn_ignored("LeScale", "\"Lescale\" is given too", warnings);
+    factor(params, "Lescale", 1.0)
+}
+
 /// Builds the medium.
 pub fn nanovdb(
     params: &ParamSet,
@@ -70,10 +79,12 @@ pub fn nanovdb(
     let span = params.iter().find(|p| p.name == "filename").map_or(params.span, |p| p.span);
     let file = read(&path).map_err(|reason| SceneError::at(span, SceneErrorKind::File { path, reason }))?;
     let source = Source { params, file, render_from_medium, strict };
-    let density = source
-        .find("density", warnings)?
-        .ok_or_else(|| wrong(params, "filename", "the file has no grid \"density\"").help(source.list()))?;
-    let le_scale = factor(params, "Lescale", 1.0)?;
+    let name = params.string("gridname")?.unwrap_or("density");
+    let density = source.find(name, warnings)?.ok_or_else(|| {
+        let stated = if params.has("gridname") { "gridname" } else { "filename" };
+        wrong(params, stated, format!("the file has no grid \"{name}\"")).help(source.list())
+    })?;
+    let le_scale = emission_scale(params, warnings)?;
     let scale = params.float("temperaturescale", 1.0)?;
     let offset = temperature_offset(params, warnings)?;
     for (name, value) in [("temperaturescale", scale), ("temperatureoffset", offset)] {
@@ -81,7 +92,13 @@ pub fn nanovdb(
             return Err(wrong(params, name, "must be finite"));
         }
     }
-    let emission = source.find("temperature", warnings)?.map(|field| {
+    let name = params.string("temperaturename")?.unwrap_or("temperature");
+    let temperature = source.find(name, warnings)?;
+    if let (None, Some(stated)) = (&temperature, params.get("temperaturename")) {
+        let what = format!("{}: the file has no grid \"{name}\"; {}", params.owner, source.list());
+        warnings.add_fault(stated.span, what, "the medium does not glow");
+    }
+    let emission = temperature.map(|field| {
         let kelvin = Field { scale, offset: -offset * scale, ..field };
         let table = BlackbodyTable::new(kelvin.bound(kelvin.grid.largest()), BlackbodyScale::Peak);
         let shape = EmissionShape::Temperature { kelvin, table, scale: None };

@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::media::MediaBuilder;
 use crate::geometry::affine;
 use crate::geometry::build::displacement::{Displacement, can_be_displaced, edge_length};
-use crate::geometry::build::{MAX_COORDINATE, ShapeBindings, build_shape};
+use crate::geometry::build::{Built, MAX_COORDINATE, ShapeBindings, build_shape};
 use crate::geometry::extent::union;
 use crate::geometry::{Geometry, Instance, MotionTransform, Prototype, ShapeId};
 use crate::light::linking::LinkRequests;
@@ -316,12 +316,11 @@ impl<'a> GeometryBuilder<'a> {
             to_world: [entity.transform.start, entity.transform.end].map(DAffine3::from_mat4),
             edge_length: *edge_length,
             span: entity.entity.params.get("displacement").map_or(entity.entity.span(), |param| param.span),
-            stated_faces: Default::default(),
         });
         let shapes = build_shape(entity, to_space, &resolve, bindings, displacement.as_ref(), self.warnings)?;
         self.out.displaced += if displacement.is_some() { shapes.len() } else { 0 };
         let mut ids = vec![];
-        for mut shape in shapes {
+        for Built { mut shape, stated_faces } in shapes {
             let id = ShapeId(self.out.shapes.len() as u32);
             if let Some(light) = area_light.filter(|_| !is_boundary) {
                 shape.light = Some(self.emitters.len() as u32);
@@ -329,8 +328,8 @@ impl<'a> GeometryBuilder<'a> {
                     self.invisible.push(LightId(self.emitters.len() as u32));
                 }
                 self.emitters.push((id, light));
-                if let Some(displacement) = &displacement {
-                    self.out.stated_faces.insert(id, displacement.stated_faces.get());
+                if let Some(stated) = stated_faces {
+                    self.out.stated_faces.insert(id, stated);
                 }
             }
             self.out.shapes.push(shape);

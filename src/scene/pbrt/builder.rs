@@ -32,7 +32,7 @@ const FEW_ENTITIES: usize = 1 << 16;
 /// Bytes on the heap of the parameters that shapes and lights have, or more.
 const PARAMETERS: usize = 256;
 
-/// Set in [`crate::scene::MaterialIndex`] while it still counts names: [`super::finish`] replaces it.
+/// Set in the index of a material or object while it still counts names: [`super::finish`] replaces it.
 pub const BY_NAME: u32 = 1 << 31;
 
 type Result<T> = std::result::Result<T, Box<SceneError>>;
@@ -120,6 +120,8 @@ pub struct Builder<'a, 'b> {
     pub(super) material_references: References,
     /// `MediumInterface`s.
     pub(super) medium_references: References,
+    /// `ObjectInstance`s of objects that were not defined yet.
+    pub(super) object_references: References,
     area_lights: Vec<(Option<Entity>, u32)>,
     pub(super) header: Header,
     pub(super) scene: SceneDescription,
@@ -175,6 +177,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             texture_names: HashMap::new(),
             material_references: References::default(),
             medium_references: References::default(),
+            object_references: References::default(),
             area_lights: Vec::new(),
             header: Header::default(),
             scene,
@@ -220,8 +223,10 @@ impl<'a, 'b> Builder<'a, 'b> {
                 materials: &self.material_names,
                 media: &self.medium_names,
                 textures: &self.texture_names,
+                objects: &self.object_names,
                 material_references: &self.material_references.list,
                 medium_references: &self.medium_references.list,
+                object_references: &self.object_references.list,
             },
         )
     }
@@ -256,9 +261,11 @@ impl<'a, 'b> Builder<'a, 'b> {
         match directive {
             D::Accelerator => {
                 let entity = self.entity("Accelerator", span, None)?;
-                let message =
-                    format!("Accelerator \"{}\" is ignored: rays are traced through Embree or obvhs", entity.kind);
-                self.warnings.add(Some(span), message);
+                // pbrt-v4's own change no image, whatever their parameters.
+                if !matches!(entity.kind.as_str(), "bvh" | "kdtree") {
+                    let message = format!("Accelerator \"{}\" is not known: no image depends on it", entity.kind);
+                    self.warnings.add(Some(span), message);
+                }
                 Ok(())
             }
             D::ActiveTransform => self.active_transform(),
@@ -273,10 +280,15 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::Camera => self.camera(span),
             D::ColorSpace => {
                 let (name, at) = self.reader.expect_string("a colour space's name")?;
-                self.state.color_space = RgbColorSpace::named(&name).ok_or_else(|| {
-                    SceneError::at(at, SceneErrorKind::Parameter(format!("unknown colour space \"{name}\"")))
-                        .help(did_you_mean(&name, &RgbColorSpace::NAMES))
-                })?;
+                match RgbColorSpace::named(&name) {
+                    Some(space) => self.state.color_space = space,
+                    None => {
+                        // As in pbrt-v4.
+                        let known = did_you_mean(&name, &RgbColorSpace::NAMES);
+                        let kept = format!("\"{}\" is kept", self.state.color_space.name);
+                        self.warnings.add_fault(at, format!("unknown colour space \"{name}\": {known}"), &kept);
+                    }
+                }
                 Ok(())
             }
             D::ConcatTransform => {
@@ -568,7 +580,7 @@ impl<'a, 'b> Builder<'a, 'b> {
         if import {
             self.push(Opened::Import, at)?;
         }
-        self.reader.include(&path, at, import)
+        self.reader.include(&path, at, import, self.warnings)
     }
 }
 

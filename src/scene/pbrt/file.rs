@@ -1,4 +1,4 @@
-//! Files into text: decompression by content, size limits, UTF-8 checked. One file's text is read once however often it
+//! Files into text: decompression by content, size limits, UTF-8 checked, Latin-1 put up with. One file's text is read once however often it
 //! is included.
 
 use std::fs::File;
@@ -7,6 +7,7 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
+use crate::scene::source::lines;
 use crate::scene::{SceneError, SceneErrorKind};
 use crate::system::input::{read_bounded, read_regular};
 use crate::system::memory::available;
@@ -80,27 +81,58 @@ pub fn read_bytes(path: &Path, source: Source) -> Result<Vec<u8>> {
     }
 }
 
+/// A file's text, and of what is not UTF-8 the line and column of the first such byte.
+pub enum Text {
+    /// UTF-8, but for comments perhaps.
+    Utf8(String),
+    /// Taken for Latin-1 (ISO 8859-1), in which every byte is a character.
+    Latin1(String, [u32; 2]),
+    /// No text. What it holds, with replacements, so that the caller can register the file before it reports the place.
+    Binary(String, [u32; 2]),
+}
+
+/// How files begin that are not text, what they are, and what to do.
+const OTHERS: [(&[u8], &str, &str); 8] = [
+    (b"\xff\xfe", "UTF-16 text", UTF_16),
+    (b"\xfe\xff", "UTF-16 text", UTF_16),
+    (b"PK\x03\x04", "a zip archive", UNPACK),
+    (b"\x1f\x8b", "packed by gzip twice", "unpack it with gunzip once"),
+    (b"BZh", "packed by bzip2", UNPACK),
+    (b"\xfd7zXZ\0", "packed by xz", UNPACK),
+    (b"\x28\xb5\x2f\xfd", "packed by zstd", UNPACK),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", UNPACK),
+];
+const UTF_16: &str = "save it as UTF-8, as with `iconv -f UTF-16 -t UTF-8`";
+const UNPACK: &str = "unpack it: only text and gzip are read";
+
 /// A file's text.
 ///
 /// # Errors
-/// As [`read_bytes`]; `Ok(Err(..))` carries text that is not UTF-8 as (line, column, text with replacements), so that
-/// the caller can register the file before it reports the place.
-pub fn read_text(path: &Path, source: Source) -> Result<std::result::Result<String, (u32, u32, String)>> {
-    Ok(String::from_utf8(read_bytes(path, source)?).or_else(|e| {
-        let bytes = e.as_bytes();
-        let text = String::from_utf8_lossy(bytes).into_owned();
-        let Some(bad) = first_bad_outside_comments(bytes) else { return Ok(text) };
-        let valid = &bytes[..bad];
-        let line = valid.iter().filter(|&&b| b == b'\n').count() + 1;
-        let column = valid.iter().rev().take_while(|&&b| b != b'\n').count() + 1;
-        Err((u32::try_from(line).unwrap_or(u32::MAX), u32::try_from(column).unwrap_or(u32::MAX), text))
-    }))
+/// As [`read_bytes`], and `File` for text of 16 bits and packed files.
+pub fn read_text(path: &Path, source: Source) -> Result<Text> {
+    let bytes = read_bytes(path, source)?;
+    if let Some((_, what, help)) = OTHERS.iter().find(|(start, ..)| bytes.starts_with(start)) {
+        return Err(unreadable(path, format!("it seems to be {what}")).help(*help));
+    }
+    Ok(String::from_utf8(bytes).map_or_else(|e| other_text(e.as_bytes()), Text::Utf8))
+}
+
+fn other_text(bytes: &[u8]) -> Text {
+    let lossy = || String::from_utf8_lossy(bytes).into_owned();
+    let Some(bad) = first_bad_outside_comments(bytes) else { return Text::Utf8(lossy()) };
+    let valid = String::from_utf8_lossy(&bytes[..bad]);
+    let (line, last) = lines(&valid).enumerate().last().unwrap_or((0, ""));
+    let place = [line + 1, last.len() + 1].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    match bytes.contains(&0) {
+        true => Text::Binary(lossy(), place),
+        false => Text::Latin1(bytes.iter().map(|&byte| char::from(byte)).collect(), place),
+    }
 }
 
 /// The first byte that is not UTF-8 and does not stand behind a `#` on its line: comments may be in any encoding.
 fn first_bad_outside_comments(bytes: &[u8]) -> Option<usize> {
     let mut start = 0;
-    for line in bytes.split_inclusive(|&b| b == b'\n') {
+    for line in bytes.split_inclusive(|&b| b == b'\n' || b == b'\r') {
         let mut quoted = false;
         let is_comment = |&b: &u8| {
             quoted ^= b == b'"';

@@ -17,10 +17,14 @@ pub struct Names<'a> {
     pub media: &'a HashMap<String, u32>,
     /// Textures: (name, is spectrum) to index.
     pub textures: &'a HashMap<(String, bool), u32>,
+    /// Objects: name to index.
+    pub objects: &'a HashMap<String, u32>,
     /// `NamedMaterial`s with their first places.
     pub material_references: &'a [(String, Span)],
     /// `MediumInterface`s likewise.
     pub medium_references: &'a [(String, Span)],
+    /// `ObjectInstance`s that stand before the definition, likewise.
+    pub object_references: &'a [(String, Span)],
 }
 
 /// Completes the description.
@@ -34,6 +38,13 @@ pub fn finish(mut scene: SceneDescription, header: Header, names: &Names) -> Res
     }
     for (name, span) in names.medium_references {
         lookup(names.media, name, "medium", *span)?;
+    }
+    let mut objects = Vec::with_capacity(names.object_references.len());
+    for (name, span) in names.object_references {
+        objects.push(*lookup(names.objects, name, "object", *span)?);
+    }
+    for instance in scene.instances.iter_mut().filter(|instance| instance.object & BY_NAME != 0) {
+        instance.object = objects[(instance.object & !BY_NAME) as usize];
     }
     for shape in scene.shapes.iter_mut().chain(scene.objects.iter_mut().flat_map(|o| &mut o.shapes)) {
         let MaterialIndex(index) = shape.material;

@@ -1,5 +1,5 @@
 //! Text into tokens: words, quoted strings and brackets, each with its place. `#` starts a comment that runs to the end
-//! of the line. Source: the pbrt-v4 file format. Assumes UTF-8, which [`super::file`] has checked.
+//! of the line. Source: the pbrt-v4 file format. Assumes UTF-8, which [`super::file`] has seen to.
 
 use std::sync::Arc;
 
@@ -68,14 +68,18 @@ impl Lexer {
         let bytes = self.text.as_bytes();
         while let Some(&byte) = bytes.get(self.position) {
             match byte {
-                b'\n' => {
+                // A line ends with either, or with "\r\n".
+                b'\n' | b'\r' => {
                     self.position += 1;
+                    if byte == b'\r' && bytes.get(self.position) == Some(&b'\n') {
+                        self.position += 1;
+                    }
                     self.line = self.line.saturating_add(1);
                     self.line_start = self.position;
                 }
-                b' ' | b'\t' | b'\r' => self.position += 1,
+                b' ' | b'\t' => self.position += 1,
                 b'#' => {
-                    while bytes.get(self.position).is_some_and(|&b| b != b'\n') {
+                    while bytes.get(self.position).is_some_and(|b| !matches!(b, b'\n' | b'\r')) {
                         self.position += 1;
                     }
                 }
@@ -107,8 +111,8 @@ impl Lexer {
                         let span = self.span(start, end + 1);
                         return Ok(Some(Token { kind: TokenKind::Quoted, span, start: start + 1, end }));
                     }
-                    Some(b'\\') if bytes.get(end + 1).is_some_and(|&b| b != b'\n') => end += 2,
-                    Some(b'\n') | None => {
+                    Some(b'\\') if bytes.get(end + 1).is_some_and(|b| !matches!(b, b'\n' | b'\r')) => end += 2,
+                    Some(b'\n' | b'\r') | None => {
                         let what = SceneErrorKind::Syntax("this string has no closing quote".into());
                         return Err(SceneError::at(self.span(start, end), what)
                             .help("close it with \" on the same line; write a quote inside a string as \\\""));

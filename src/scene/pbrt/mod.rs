@@ -25,7 +25,7 @@ use super::{SceneDescription, SceneError, Sources, Warnings};
 /// Reads the scene `path` (`.pbrt`, gzipped or not) and all that it includes. `sources` and `warnings` are filled on
 /// error too.
 ///
-/// Differences from pbrt-v4, all towards leniency: materials may be used before they are declared; an included file is
+/// Differences from pbrt-v4, all towards leniency: materials and objects may be used before they are declared; an included file is
 /// also looked for beside the file that includes it; an integer may be written `64.0`. Stricter: a non-finite
 /// transform is an error.
 ///
@@ -33,6 +33,6 @@ use super::{SceneDescription, SceneError, Sources, Warnings};
 /// The first error of the text, with its place; [`SceneErrorKind::Limit`](super::SceneErrorKind::Limit) for files above
 /// 4 GiB, includes deeper than 64, blocks deeper than 65,536 and text that expands without bound.
 pub fn load(path: &Path, sources: &mut Sources, warnings: &mut Warnings) -> Result<SceneDescription, Box<SceneError>> {
-    let reader = reader::Reader::open(path, sources)?;
+    let reader = reader::Reader::open(path, sources, warnings)?;
     builder::Builder::new(reader, reader::folder_of(path), warnings).run()
 }

@@ -1,8 +1,15 @@
 //! What tells a file of an older pbrt: types that pbrt-v3 has (its file format documentation) and pbrt-v4 has not. Said once for a scene, since there
 //! one thing leads to the next, with the way out.
 
+use crate::scene::SceneError;
+
 /// The way out.
 pub const UPGRADE: &str = "pbrt-v4's own `pbrt --upgrade old.pbrt > new.pbrt` converts files of pbrt-v3";
+
+/// Whether `error` tells the way out.
+pub fn says_so(error: &SceneError) -> bool {
+    error.help.as_deref().is_some_and(|help| help.contains(UPGRADE))
+}
 
 /// Types by the directive that names them; those of named materials, media and textures are with their kind.
 const TYPES: [(&str, &[&str]); 10] = [

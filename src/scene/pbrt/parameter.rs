@@ -8,6 +8,7 @@ use super::older::UPGRADE;
 use super::reader::{Reader, folder_of};
 use crate::math::Rgb;
 use crate::math::spectrum::{RgbColorSpace, Spectrum, named_spectrum_names};
+use crate::scene::source::lines;
 use crate::scene::{Param, ParamValue, SceneError, SceneErrorKind, Span, Warnings, locate};
 
 /// The most parameters of one directive.
@@ -318,7 +319,7 @@ fn named_or_file(name: &str, at: Span, context: &Context, folder: &Path, reader:
 /// Something that is no number, with its place in the file.
 pub(crate) fn spectrum_of_file(text: &str, path: &Path) -> std::result::Result<Vec<f32>, String> {
     let mut numbers = Vec::new();
-    for (index, line) in text.lines().enumerate() {
+    for (index, line) in lines(text).enumerate() {
         let code = line.split('#').next().unwrap_or("");
         for entry in code.split([' ', '\t', '\r', ',']).filter(|w| !w.is_empty()) {
             let value =

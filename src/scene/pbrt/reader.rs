@@ -6,10 +6,10 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::file::{self, Source};
+use super::file::{self, Source, Text};
 use super::lexer::{Lexer, Token, TokenKind};
 use crate::math::spectrum::Spectrum;
-use crate::scene::{FileId, Name, Names, SceneError, SceneErrorKind, Sources, Span};
+use crate::scene::{FileId, Name, Names, SceneError, SceneErrorKind, Sources, Span, Warnings};
 
 /// How many files may be open within each other.
 pub const DEEPEST_INCLUDE: usize = 64;
@@ -27,6 +27,13 @@ struct Frame {
     lexer: Lexer,
     path: PathBuf,
     import: bool,
+}
+
+/// What a file's text is written in, and where that is seen.
+enum Encoding {
+    Utf8,
+    Latin1(Span),
+    Binary(Span),
 }
 
 /// The stream of tokens.
@@ -47,8 +54,8 @@ impl<'a> Reader<'a> {
     /// At the start of the scene file `path`.
     ///
     /// # Errors
-    /// The file cannot be read, is too large or not UTF-8.
-    pub fn open(path: &Path, sources: &'a mut Sources) -> Result<Self> {
+    /// The file cannot be read, is too large or no text.
+    pub fn open(path: &Path, sources: &'a mut Sources, warnings: &mut Warnings) -> Result<Self> {
         let mut reader = Self {
             sources,
             frames: Vec::new(),
@@ -60,7 +67,7 @@ impl<'a> Reader<'a> {
             read_bytes: 0,
             includes: 0,
         };
-        reader.enter(path, false)?;
+        reader.enter(path, false, warnings)?;
         Ok(reader)
     }
 
@@ -68,7 +75,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// As [`Reader::open`], and nesting too deep, in a circle, or repeated beyond reason.
-    pub fn include(&mut self, path: &Path, span: Span, import: bool) -> Result<()> {
+    pub fn include(&mut self, path: &Path, span: Span, import: bool, warnings: &mut Warnings) -> Result<()> {
         debug_assert!(self.peeked.is_none(), "a peeked token would be read in the wrong file");
         let limit = |message: String| Err(SceneError::at(span, SceneErrorKind::Limit(message)));
         if self.frames.iter().any(|f| f.path == path) {
@@ -82,7 +89,7 @@ impl<'a> Reader<'a> {
         if self.includes > MOST_INCLUDES {
             return limit(format!("more than {MOST_INCLUDES} Include and Import directives"));
         }
-        self.enter(path, import).map_err(|mut e| {
+        self.enter(path, import, warnings).map_err(|mut e| {
             e.span.get_or_insert(span);
             e
         })?;
@@ -92,16 +99,23 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn enter(&mut self, path: &Path, import: bool) -> Result<()> {
+    fn enter(&mut self, path: &Path, import: bool, warnings: &mut Warnings) -> Result<()> {
         let file = match self.known.get(path) {
             Some(&file) => file,
             None => {
                 let source = if self.frames.is_empty() { Source::Any } else { Source::Regular };
-                let (file, bad) = self.register(path, source)?;
-                if let Some((line, column)) = bad {
-                    let span = Span { file, line, column, length: 1 };
-                    let what = SceneErrorKind::Syntax("this byte is not valid UTF-8 text".into());
-                    return Err(SceneError::at(span, what).help("scene files are UTF-8; is this a binary file?"));
+                let (file, encoding) = self.register(path, source)?;
+                match encoding {
+                    Encoding::Utf8 => {}
+                    Encoding::Latin1(span) => {
+                        let message =
+                            "this byte is not UTF-8: the file is taken for Latin-1 (ISO 8859-1); save it as UTF-8";
+                        warnings.add(Some(span), message);
+                    }
+                    Encoding::Binary(span) => {
+                        let what = SceneErrorKind::Syntax("this byte is not valid UTF-8 text".into());
+                        return Err(SceneError::at(span, what).help("scene files are UTF-8; is this a binary file?"));
+                    }
                 }
                 file
             }
@@ -112,18 +126,24 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads a file and adds it to the sources; also says where it is no text.
-    fn register(&mut self, path: &Path, source: Source) -> Result<(FileId, Option<(u32, u32)>)> {
-        let (text, bad) = match file::read_text(path, source)? {
-            Ok(text) => (text, None),
-            Err((line, column, text)) => (text, Some((line, column))),
+    /// Reads a file and adds it to the sources.
+    fn register(&mut self, path: &Path, source: Source) -> Result<(FileId, Encoding)> {
+        let (text, place, is_text) = match file::read_text(path, source)? {
+            Text::Utf8(text) => (text, None, true),
+            Text::Latin1(text, place) => (text, Some(place), true),
+            Text::Binary(text, place) => (text, Some(place), false),
         };
         self.distinct_bytes += text.len() as u64;
         let file = self.sources.add(path, text);
-        if bad.is_none() {
+        if is_text {
             self.known.insert(path.to_owned(), file);
         }
-        Ok((file, bad))
+        let encoding = match place.map(|[line, column]| Span { file, line, column, length: 1 }) {
+            None => Encoding::Utf8,
+            Some(span) if is_text => Encoding::Latin1(span),
+            Some(span) => Encoding::Binary(span),
+        };
+        Ok((file, encoding))
     }
 
     /// The text of a file that a parameter names, which is one of the scene's sources too: a spectrum's. `None` where it is no text.
@@ -134,8 +154,8 @@ impl<'a> Reader<'a> {
         let file = match self.known.get(path) {
             Some(&file) => file,
             None => match self.register(path, Source::Regular)? {
-                (file, None) => file,
-                (_, Some(_)) => return Ok(None),
+                (_, Encoding::Binary(_)) => return Ok(None),
+                (file, _) => file,
             },
         };
         Ok(Some(self.sources.text(file)))

@@ -14,8 +14,6 @@ mod refine;
 #[cfg(test)]
 mod tests;
 
-use std::cell::Cell;
-
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -61,8 +59,6 @@ pub struct Displacement<'a> {
     pub edge_length: f64,
     /// Where it was asked for.
     pub span: Span,
-    /// The faces, as they are stated, of what it has displaced.
-    pub stated_faces: Cell<u32>,
 }
 
 /// The kinds of shapes that are meshes: no other is displaced.
@@ -93,8 +89,8 @@ impl Placement<'_> {
         triangles: &[[u32; 3]],
         patches: &[[u32; 4]],
     ) -> Result<ShapeKind> {
-        let &Displacement { to_world, edge_length, span, ref stated_faces, .. } = displacement;
-        stated_faces.set(stated_faces.get() + (triangles.len() + patches.len()) as u32);
+        let &Displacement { to_world, edge_length, span, .. } = displacement;
+        self.stated_faces.set(Some((triangles.len() + patches.len()) as u32));
         let by_memory = available().map_or(u64::MAX, |left| left / BYTES_PER_TRIANGLE);
         let most = MOST_TRIANGLES.min(by_memory);
         let too_many = || {

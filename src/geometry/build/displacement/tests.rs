@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use glam::{DAffine3, DMat4, DVec3, Vec2, Vec3};
 
 use super::Displacement;
+use crate::geometry::ShapeKind;
 use crate::geometry::build::{ShapeBindings, build_shape};
 use crate::geometry::shape::TriangleMesh;
-use crate::geometry::{Shape, ShapeKind};
 use crate::math::transform::Animated;
 use crate::scene::{Entity, FileId, MaterialIndex, Param, ParamSet, ParamValue, ShapeEntity, Span, Warnings};
 
@@ -38,20 +38,15 @@ impl Case<'_> {
             area_light: None,
             medium_interface: None,
         };
-        let displacement = Displacement {
-            height: self.height,
-            to_world: self.to_world,
-            edge_length: self.edge_length,
-            span: SPAN,
-            stated_faces: Default::default(),
-        };
+        let displacement =
+            Displacement { height: self.height, to_world: self.to_world, edge_length: self.edge_length, span: SPAN };
         let base = |name: &str| std::path::PathBuf::from(name);
         let mut warnings = Warnings::default();
         let bindings = ShapeBindings::default();
         let shapes = build_shape(&entity, &self.to_world[0], &base, bindings, Some(&displacement), &mut warnings);
-        let mut shapes: Vec<Shape> = shapes.map_err(|error| error.to_string())?;
+        let mut shapes = shapes.map_err(|error| error.to_string())?;
         assert!(warnings.list().is_empty() && shapes.len() == 1, "{warnings:?}");
-        match shapes.remove(0).kind {
+        match shapes.remove(0).shape.kind {
             ShapeKind::Triangles(mesh) => Ok(mesh),
             other => panic!("not triangles: {other:?}"),
         }

@@ -95,11 +95,16 @@ impl Builder<'_, '_> {
 
     pub(super) fn object_instance(&mut self, span: Span) -> Result<()> {
         let (name, at) = self.reader.expect_string("an object's name")?;
-        let Some(&object) = self.object_names.get(&name) else {
-            let known: Vec<&str> = self.object_names.keys().map(String::as_str).take(256).collect();
-            let what = SceneErrorKind::Undefined(format!("no object called \"{name}\" is defined above"));
-            let error = SceneError::at(at, what);
-            return Err(if known.is_empty() { error } else { error.help(did_you_mean(&name, &known)) });
+        let object = match self.object_names.get(&name) {
+            Some(&object) => object,
+            // As for named materials, the definition may follow. Not within an object: there it could come to hold itself.
+            None if self.object.is_none() => self.object_references.add(&name, at) | BY_NAME,
+            None => {
+                let known: Vec<&str> = self.object_names.keys().map(String::as_str).take(256).collect();
+                let what = SceneErrorKind::Undefined(format!("no object called \"{name}\" is defined above"));
+                let error = SceneError::at(at, what);
+                return Err(if known.is_empty() { error } else { error.help(did_you_mean(&name, &known)) });
+            }
         };
         let instance =
             InstanceEntity { object, transform: self.state.ctm.animated(), links: self.state.links.clone(), span };

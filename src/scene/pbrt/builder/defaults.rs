@@ -47,8 +47,8 @@ impl Builder<'_, '_> {
     /// `Option "type name" value`, or pbrt's `Option "name" value` whose type shows in the value.
     pub(super) fn option(&mut self) -> Result<()> {
         let (declaration, at) = self.reader.expect_string("an option's name")?;
-        let typed = if declaration.split_ascii_whitespace().count() == 2 {
-            declaration
+        let typed = if let Some((type_name, name)) = declaration.trim().split_once(|c: char| c.is_ascii_whitespace()) {
+            format!("{type_name} {}", normalised(name))
         } else {
             let Some(value) = self.reader.peek()? else {
                 return syntax(self.reader.here(), "the file ends where an option's value should follow");
@@ -60,7 +60,7 @@ impl Builder<'_, '_> {
                 _ if text.parse::<i32>().is_ok() => "integer",
                 _ => "float",
             };
-            format!("{type_name} {declaration}")
+            format!("{type_name} {}", normalised(&declaration))
         };
         let context = Context { color_space: self.state.color_space, base: &self.base };
         let param = parameter::parse_one(&mut self.reader, &typed, at, &context)?;
@@ -74,4 +74,9 @@ impl Builder<'_, '_> {
         }
         Ok(())
     }
+}
+
+/// An option's name as pbrt-v4 compares it: in small letters, without hyphens and underscores.
+fn normalised(name: &str) -> String {
+    name.chars().filter(|c| !matches!(c, '-' | '_')).flat_map(char::to_lowercase).collect()
 }

@@ -73,7 +73,7 @@ fn bad_includes() {
         error(&[("a.pbrt", b"WorldBegin Import \"b.pbrt\""), ("b.pbrt", b"ObjectEnd")]),
         "b.pbrt:1:1: ObjectEnd without its begin"
     );
-    assert_eq!(error(&[("a.pbrt", b"WorldBegin\n \xff")]), "a.pbrt:2:2: this byte is not valid UTF-8 text");
+    assert_eq!(error(&[("a.pbrt", b"WorldBegin\r\n \xff\0")]), "a.pbrt:2:2: this byte is not valid UTF-8 text");
     assert!(error(&[("a.pbrt", b"\x1f\x8b\x08garbage")]).contains("damaged or cut off"));
     // A chain deeper than allowed, then a doubling that would expand to 2^60 directives.
     let names: Vec<String> = (0..80).map(|i| format!("{i}.pbrt")).collect();
@@ -85,6 +85,40 @@ fn bad_includes() {
         names.iter().map(String::as_str).zip(double.iter().map(String::as_bytes)).collect();
     files.push(("60.pbrt", b""));
     assert!(error(&files).contains("Include and Import directives"));
+}
+
+#[test]
+fn latin_1_is_read_with_one_warning_a_file() {
+    let files = Files::new(&[
+        ("main.pbrt", b"WorldBegin\nMakeNamedMaterial \"gr\xfcn\" \"string type\" \"diffuse\" Include \"b.pbrt\" Include \"b.pbrt\""),
+        ("b.pbrt", b"NamedMaterial \"gr\xfcn\" Shape \"sph\xe4re\" # \xe4"),
+    ]);
+    let (scene, sources, warnings) = files.load();
+    let scene = scene.unwrap_or_else(|e| panic!("{}", e.one_line(&sources)));
+    assert_eq!((scene.shapes.len(), scene.shapes[0].entity.kind.as_str()), (2, "sph\u{e4}re"));
+    assert_eq!(scene.materials[scene.shapes[0].material.0 as usize].name.as_deref(), Some("gr\u{fc}n"));
+    let places: Vec<_> = warnings.list().iter().filter_map(|w| w.span).map(|s| (s.file.0, s.line, s.column)).collect();
+    assert_eq!(places, [(0, 2, 22), (1, 1, 18)], "{warnings:?}");
+    assert!(warnings.list().iter().all(|w| w.message.contains("taken for Latin-1")));
+    // In comments anything may stand.
+    let (scene, _, warnings) = Files::new(&[("a.pbrt", b"# \xfc\rWorldBegin # \xff")]).load();
+    assert!(scene.is_ok() && warnings.list().is_empty(), "{warnings:?}");
+}
+
+#[test]
+fn files_of_other_kinds_are_named() {
+    for (start, what, help) in [
+        (&b"\xff\xfeW\0o\0"[..], "UTF-16 text", "UTF-8"),
+        (b"\xfe\xff\0W\0o", "UTF-16 text", "UTF-8"),
+        (b"PK\x03\x04junk", "a zip archive", "unpack"),
+        (b"\xfd7zXZ\0junk", "packed by xz", "unpack"),
+    ] {
+        for files in [&[("a.pbrt", start)][..], &[("a.pbrt", b"Include \"b.pbrt\""), ("b.pbrt", start)]] {
+            let error = Files::new(files).load().0.unwrap_err();
+            assert!(matches!(error.kind, SceneErrorKind::File { .. }) && error.to_string().contains(what), "{error}");
+            assert!(error.help.as_deref().is_some_and(|text| text.contains(help)), "{error:?}");
+        }
+    }
 }
 
 #[test]

@@ -5,7 +5,8 @@ use super::*;
 #[test]
 fn warnings_name_what_happens() {
     for (text, part) in [
-        ("Accelerator \"kdtree\" WorldBegin", "Accelerator \"kdtree\""),
+        ("Accelerator \"octree\" WorldBegin", "Accelerator \"octree\""),
+        ("ColorSpace \"adobe\" WorldBegin", "unknown colour space \"adobe\""),
         ("WorldBegin TransformBegin TransformEnd", "TransformBegin is deprecated"),
         ("WorldBegin Shape \"a\" \"float r\" 1 \"float r\" 2", "given twice"),
         ("Film \"rgb\" Film \"rgb\" WorldBegin", "Film is given twice"),
@@ -23,6 +24,8 @@ fn errors_have_their_place() {
     for (text, expected) in [
         ("", "main.pbrt:1:1: the file ends before WorldBegin"),
         ("WorldBegin\nShpae \"sphere\"", "main.pbrt:2:1: unknown directive `Shpae`"),
+        ("# old\rWorldBegin\r\n# comment\r\rShpae", "main.pbrt:5:1: unknown directive `Shpae`"),
+        ("WorldBegin Shape \"sphere\r\"", "main.pbrt:1:18: this string has no closing quote"),
         ("WorldBegin\n  \"float x\" 1", "main.pbrt:2:3: expected a directive, found `float x`"),
         ("WorldBegin\nTranslate 1 2 3 4", "main.pbrt:2:17: expected a directive, found the number `4`"),
         ("WorldBegin\nTranslate 1 2\nShape \"a\"", "main.pbrt:3:1: expected a number, found `Shape`"),
@@ -85,7 +88,11 @@ fn errors_have_their_place() {
             "WorldBegin ObjectBegin \"o\" ObjectBegin \"p\"",
             "main.pbrt:1:28: object definitions cannot nest: \"o\" of line 1 is open",
         ),
-        ("WorldBegin ObjectInstance \"o\"", "main.pbrt:1:27: no object called \"o\" is defined above"),
+        ("WorldBegin ObjectInstance \"o\"", "main.pbrt:1:27: no object is called \"o\""),
+        (
+            "WorldBegin ObjectBegin \"o\" ObjectInstance \"o\" ObjectEnd",
+            "main.pbrt:1:43: no object called \"o\" is defined above",
+        ),
         ("WorldBegin NamedMaterial \"m\"", "main.pbrt:1:26: no material is called \"m\""),
         ("WorldBegin MediumInterface \"m\" \"\"", "main.pbrt:1:28: no medium is called \"m\""),
         ("WorldBegin Material \"diffuse\" \"texture reflectance\" \"t\"", "main.pbrt:1:31: no texture is called \"t\""),
@@ -98,7 +105,6 @@ fn errors_have_their_place() {
             "main.pbrt:1:24: a texture's type is float or spectrum, found \"color\"",
         ),
         ("WorldBegin MakeNamedMaterial \"m\"", "main.pbrt:1:30: MakeNamedMaterial \"m\" lacks its type"),
-        ("ColorSpace \"adobe\"", "main.pbrt:1:12: unknown colour space \"adobe\""),
         ("Rotate 90 0 0 0", "main.pbrt:1:1: Rotate's axis is zero"),
         (
             "LookAt 0 0 0 0 0 1 0 0 1",

@@ -142,6 +142,21 @@ fn materials_may_be_named_before_they_are_made() {
 }
 
 #[test]
+fn objects_may_be_instanced_before_they_are_defined() {
+    let scene = scene(
+        "WorldBegin ObjectInstance \"late\" ObjectBegin \"early\" Shape \"disk\" ObjectEnd ObjectInstance \"early\"\n\
+         ObjectBegin \"late\" Shape \"sphere\" ObjectInstance \"early\" ObjectEnd ObjectInstance \"late\" ObjectInstance \"late\"",
+    );
+    let names = scene.instances.iter().map(|i| scene.objects[i.object as usize].name.as_str());
+    assert_eq!(names.collect::<Vec<_>>(), ["late", "early", "late", "late"]);
+    assert_eq!(scene.objects[1].instances[0].object, 0);
+    // Within an object only what is above it is known: objects that hold each other cannot be stated.
+    let circle =
+        "WorldBegin ObjectBegin \"a\" ObjectInstance \"b\" ObjectEnd ObjectBegin \"b\" ObjectInstance \"a\" ObjectEnd";
+    assert!(text(circle).error().contains("no object called \"b\" is defined above"));
+}
+
+#[test]
 fn objects_and_instances() {
     let text = "WorldBegin Translate 1 0 0 ObjectBegin \"o\" Translate 0 1 0 AreaLightSource \"diffuse\" Shape \"sphere\" Shape \"disk\" ObjectEnd\n\
                 Scale 2 2 2 ObjectInstance \"o\" ObjectInstance \"o\"";

@@ -49,11 +49,13 @@ fn colour_spaces_convert_when_read() {
 #[test]
 fn options_in_both_forms() {
     let scene = scene(
-        "Option \"seed\" 5 Option \"string rendercoordsys\" \"camera\" Option \"disablepixeljitter\" true WorldBegin",
+        "Option \"seed\" 5 Option \"string rendercoordsys\" \"camera\" Option \"Disable-Pixel_Jitter\" true Option \"bool PixelStats\" true WorldBegin",
     );
     assert_eq!(scene.options.integer("seed", 0).unwrap(), 5);
     assert_eq!(scene.options.string("rendercoordsys").unwrap(), Some("camera"));
+    // However they are spelled.
     assert!(scene.options.bool("disablepixeljitter", false).unwrap());
+    assert!(scene.options.bool("pixelstats", false).unwrap());
 }
 
 #[test]
