@@ -18,8 +18,12 @@ use crate::light::Receiver;
 use crate::material::{MaterialId, Materials};
 use crate::math::sampler::{Dimension, SampleId, SamplePoint};
 
-/// Pixels for each pilot path. So pilots cost an eighth of a sample a pixel.
+/// Pixels for each pilot path. So pilots cost an eighth of a sample a pixel. With 32 of them the RMSE of gathered light was 1.02 times as large in `house`, 1.16 in `rooms` (960 × 540
+/// pixels) and 1.18 in `foliage` (640 × 360, all with 8 spp, three seeds).
 const PIXELS_PER_PILOT: usize = 8;
+/// Pixels for each candidate in a box: paths find most places that count. With 2 of them the RMSE was 0.996, 0.99 and 1.002 times as large in those scenes, the
+/// processor time 1.12, 1.10 and 1.14 times, and there were about twice as many points.
+const PIXELS_PER_BOXED: usize = 24;
 /// Pilot paths at least, and candidates in boxes at least: small images have scenes as large as any.
 const FEWEST_PILOTS: usize = 4096;
 const FEWEST_IN_BOXES: usize = 8192;
@@ -70,7 +74,7 @@ impl CacheBuilder<'_> {
     }
 
     fn in_boxes(&self, others: usize) -> usize {
-        let suits = (self.film.bounds.area() / 2).clamp(FEWEST_IN_BOXES, MOST_IN_BOXES);
+        let suits = (self.film.bounds.area() / PIXELS_PER_BOXED).clamp(FEWEST_IN_BOXES, MOST_IN_BOXES);
         self.settings.candidates.map_or(suits, |most| suits.min((most as usize).saturating_sub(others)))
     }
 
