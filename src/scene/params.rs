@@ -295,6 +295,19 @@ impl ParamSet {
             ParamValue::Spectrum(v) => Ok(v),
             _ => self.wrong_type(param, "rgb, spectrum or blackbody"),
         }
+    /// The first of one spectrum or several, if given: a warning tells of the others.
+    pub fn first_spectrum(&self, name: &str, warnings: &mut Warnings) -> Result<Option<&Spectrum>> {
+        match self.spectra(name)? {
+            [first, _, ..] => {
+                let span = self.get(name).map_or(self.span, |param| param.span);
+                let message = format!("parameter \"{name}\" of {} takes one value: the first is used", self.owner);
+                warnings.add(Some(span), message);
+                Ok(Some(first))
+            }
+            _ => self.spectrum(name),
+        }
+    }
+
     }
 
     /// A float or a texture of floats, if given.
