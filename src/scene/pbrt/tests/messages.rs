@@ -97,8 +97,8 @@ fn errors_have_their_place() {
         ("WorldBegin MediumInterface \"m\" \"\"", "main.pbrt:1:28: no medium is called \"m\""),
         ("WorldBegin Material \"diffuse\" \"texture reflectance\" \"t\"", "main.pbrt:1:31: no texture is called \"t\""),
         (
-            "WorldBegin Texture \"t\" \"float\" \"scale\" \"texture tex\" \"t\"",
-            "main.pbrt:1:40: no texture called \"t\" is defined above",
+            "WorldBegin Texture \"t\" \"float\" \"scale\" \"texture tex\" \"u\"",
+            "main.pbrt:1:40: no texture is called \"u\"",
         ),
         (
             "WorldBegin Texture \"t\" \"color\" \"scale\"",
