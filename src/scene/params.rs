@@ -141,6 +141,13 @@ impl ParamSet {
         SceneError::at(span, SceneErrorKind::Parameter(message))
     }
 
+    /// Warns of the fault that the value of `name` is not what `expected` says, and says what is done `instead`.
+    pub fn pass_over(&self, name: &str, expected: &str, instead: &str, warnings: &mut Warnings) {
+        let span = self.get(name).map_or(self.span, |param| param.span);
+        let what = format!("parameter \"{name}\" of {} must be {expected}", self.owner);
+        warnings.add_fault(span, what, instead);
+    }
+
     /// One float above 0, or `default`.
     pub fn positive(&self, name: &str, default: f32) -> Result<f32> {
         let value = self.float(name, default)?;
