@@ -295,13 +295,6 @@ impl ParamSet {
         }
     }
 
-    /// A list of spectra; empty where not given.
-    pub fn spectra(&self, name: &str) -> Result<&[Spectrum]> {
-        let Some(param) = self.get(name) else { return Ok(&[]) };
-        match &param.value {
-            ParamValue::Spectrum(v) => Ok(v),
-            _ => self.wrong_type(param, "rgb, spectrum or blackbody"),
-        }
     /// The first of one spectrum or several, if given: a warning tells of the others.
     pub fn first_spectrum(&self, name: &str, warnings: &mut Warnings) -> Result<Option<&Spectrum>> {
         match self.spectra(name)? {
@@ -315,6 +308,13 @@ impl ParamSet {
         }
     }
 
+    /// A list of spectra; empty where not given.
+    pub fn spectra(&self, name: &str) -> Result<&[Spectrum]> {
+        let Some(param) = self.get(name) else { return Ok(&[]) };
+        match &param.value {
+            ParamValue::Spectrum(v) => Ok(v),
+            _ => self.wrong_type(param, "rgb, spectrum or blackbody"),
+        }
     }
 
     /// A float or a texture of floats, if given.
@@ -341,10 +341,9 @@ impl ParamSet {
         Self { owner: owner.into(), span, params }
     }
 
-    /// Warns about every parameter that no getter was asked for, by name; about defaults only where they were stated.
+    /// Warns about every parameter that no getter was asked for, by name; never about defaults, as in pbrt-v4: programs state names and the like there.
     pub fn warn_unused(&self, warnings: &mut Warnings) {
-        let states_defaults = self.owner.starts_with("Attribute ");
-        let unused = |p: &&Arc<Param>| !p.used.load(Ordering::Relaxed) && p.is_default == states_defaults;
+        let unused = |p: &&Arc<Param>| !p.used.load(Ordering::Relaxed) && !p.is_default;
         for param in self.params.iter().filter(unused) {
             warnings.add(Some(param.span), format!("parameter \"{}\" of {} is not used", param.name, self.owner));
         }

@@ -42,7 +42,6 @@ fn scene(lights: Vec<LightEntity>, area_lights: Vec<Entity>) -> SceneDescription
         sampler: none(),
         integrator: none(),
         options: ParamSet::new("Option", SPAN, Vec::new()),
-        defaults: vec![],
         transform_times: [0.0, 1.0],
         shapes: Vec::new(),
         objects: Vec::new(),

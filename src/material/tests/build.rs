@@ -40,7 +40,6 @@ pub(super) fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>
         sampler: entity("", vec![]),
         integrator: entity("", vec![]),
         options: params(vec![]),
-        defaults: vec![],
         transform_times: [0.0, 1.0],
         shapes: vec![],
         objects: vec![],

@@ -147,7 +147,6 @@ impl<'a, 'b> Builder<'a, 'b> {
             sampler: entity("Sampler", "zsobol"),
             integrator: entity("Integrator", "volpath"),
             options: ParamSet::new("Option", start, Vec::new()),
-            defaults: Vec::new(),
             transform_times: [0.0, 1.0],
             shapes: Vec::new(),
             objects: Vec::new(),
