@@ -62,7 +62,7 @@ impl Builder<'_, '_> {
             format!("{type_name} {}", normalised(&declaration))
         };
         let context = Context { color_space: self.state.color_space, base: &self.base };
-        let param = parameter::parse_one(&mut self.reader, &typed, at, &context)?;
+        let param = parameter::parse_one(&mut self.reader, &typed, at, &context, self.warnings)?;
         self.header.options.retain(|p| p.name != param.name);
         self.header.options.push(param);
         if self.header.options.len() > MOST_DEFAULTS {
