@@ -111,6 +111,19 @@ fn parameters_mean_what_pbrt_means() {
 }
 
 #[test]
+fn edges_of_spots_wider_than_the_cone_are_as_in_pbrt() {
+    let cosine = |degrees: f32| degrees.to_radians().cos();
+    for (delta, start) in [(5.0, 25.0), (40.0, 10.0), (55.0, 25.0), (80.0, 30.0), (-5.0, 30.0)] {
+        let spot = light("spot", DMat4::IDENTITY, vec![float("coneangle", 30.0), float("conedeltaangle", delta)]);
+        let (lights, _) = build(&scene(vec![spot], vec![]), &Geometry::default(), &[], true);
+        let lights = lights.expect("it is a good scene");
+        let LightRef::Spot(spot) = lights.get(LightId(0)) else { panic!("it is a spot") };
+        assert!((spot.cos_start - cosine(start)).abs() < 1e-6 && spot.cos_end == cosine(30.0), "{delta}: {spot:?}");
+        assert!(spot.falloff(cosine(30.1)) == 0.0 && spot.falloff(cosine(29.9)) >= 0.0 && spot.power()[0] > 0.0);
+    }
+}
+
+#[test]
 fn power_counts_for_each_face_of_a_mesh() {
     let scene = scene(vec![], vec![entity("diffuse", vec![float("power", 5.0)])]);
     let uneven = ShapeKind::Triangles(TriangleMesh {
