@@ -208,7 +208,7 @@ fn crop(
                 bounds = PixelBounds { x0: at(x0, 0), x1: at(x1, 0), y0: at(y0, 1), y1: at(y1, 1) };
             }
         }
-        _ => return Err(params.wrong("pixelbounds", "four integers x0 x1 y0 y1")),
+        _ => params.pass_over("pixelbounds", "four integers x0 x1 y0 y1", "they are ignored", warnings),
     }
     match *params.floats("cropwindow")? {
         [] => {}
@@ -219,7 +219,7 @@ fn crop(
             // In either order, as pbrt-v4 takes them.
             bounds = fraction(resolution, [a.min(b), a.max(b), c.min(d), c.max(d)]);
         }
-        _ => return Err(params.wrong("cropwindow", "four numbers x0 x1 y0 y1")),
+        _ => params.pass_over("cropwindow", "four numbers x0 x1 y0 y1", "it is ignored", warnings),
     }
     if let Some(window) = overrides.crop {
         bounds = fraction(resolution, window);

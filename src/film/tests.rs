@@ -34,7 +34,6 @@ pub(crate) fn scene(camera: Entity, film: Entity, filter: Entity) -> crate::scen
         sampler: entity("", vec![]),
         integrator: entity("", vec![]),
         options: ParamSet::new("Option", NOWHERE, vec![]),
-        defaults: vec![],
         transform_times: [0.0, 1.0],
         shapes: vec![],
         objects: vec![],

@@ -187,8 +187,11 @@ impl Builder<'_> {
                 let p = to_render.transform_point3(from).as_vec3();
                 let axis = direction(params, to_render.transform_vector3(to - from))?;
                 let angle = params.float("coneangle", 30.0)?.clamp(0.0, 180.0);
-                let edge = params.float("conedeltaangle", 5.0)?.clamp(0.0, angle);
-                let (cos_start, cos_end) = ((angle - edge).to_radians().cos(), angle.to_radians().cos());
+                // An edge wider than the cone begins at an angle below 0, on the other side of the axis, as in pbrt-v4; one that would begin outside
+                // of the cone is hard.
+                let edge = params.float("conedeltaangle", 5.0)?.clamp(0.0, 180.0);
+                let cos_end = angle.to_radians().cos();
+                let cos_start = (angle - edge).to_radians().cos().max(cos_end);
                 if params.has("ies") {
                     self.luminaire_in_cone(params, to_render, p, axis, [cos_start, cos_end])?;
                     return Ok(());

@@ -3,13 +3,13 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::build_texture::{Result, TextureBuilder, bad_word};
+use super::build_texture::{Result, TextureBuilder};
 use super::procedural::{Marble, NoiseKind, NoiseTexture, Weight};
 use super::texture::{FloatTexture, RgbTexture};
 use super::texture_mapping::Mapping2d;
 use crate::math::Rgb;
 use crate::math::transform::RenderSpace;
-use crate::scene::{ParamSet, SceneError, SceneErrorKind, TextureEntity, TextureOr};
+use crate::scene::{ParamSet, SceneError, SceneErrorKind, TextureEntity, TextureOr, Warnings};
 
 /// Beyond these octaves noise is finer than single precision.
 const MOST_OCTAVES: i32 = 32;
@@ -58,7 +58,7 @@ impl TextureBuilder<'_> {
                 scale: params.float("scale", 1.0)?,
                 variation: params.float("variation", 0.2)?,
                 omega: params.float("roughness", 0.5)?,
-                octaves: octaves(params)?,
+                octaves: octaves(params, self.warnings)?,
             }),
             _ => {
                 let Some((weight, [a, b])) = self.blend(texture)? else { return Ok(None) };
@@ -105,7 +105,7 @@ impl TextureBuilder<'_> {
 
     fn noise(&mut self, texture: &TextureEntity, kind: impl Fn(f32, u32) -> NoiseKind) -> Result<FloatTexture> {
         let params = &texture.entity.params;
-        let kind = kind(params.float("roughness", 0.5)?, octaves(params)?);
+        let kind = kind(params.float("roughness", 0.5)?, octaves(params, self.warnings)?);
         Ok(FloatTexture::Noise(NoiseTexture { to_texture: self.to_texture(texture)?, kind }))
     }
 
@@ -128,7 +128,11 @@ impl TextureBuilder<'_> {
             }
             Some("spherical") => Ok(Mapping2d::Spherical(self.to_texture(texture)?)),
             Some("cylindrical") => Ok(Mapping2d::Cylindrical(self.to_texture(texture)?)),
-            Some(other) => Err(bad_word(params, "mapping", other, "uv, planar, spherical or cylindrical")),
+            Some(other) => {
+                let expected = format!("uv, planar, spherical or cylindrical, found \"{other}\"");
+                params.pass_over("mapping", &expected, "u and v as they are, are taken", self.warnings);
+                Ok(Mapping2d::IDENTITY)
+            }
         }
     }
 
@@ -145,9 +149,10 @@ impl TextureBuilder<'_> {
     }
 }
 
-fn octaves(params: &ParamSet) -> Result<u32> {
-    match params.integer("octaves", 8)? {
-        octaves @ 1..=MOST_OCTAVES => Ok(octaves as u32),
-        _ => Err(params.wrong("octaves", &format!("from 1 to {MOST_OCTAVES}"))),
+fn octaves(params: &ParamSet, warnings: &mut Warnings) -> Result<u32> {
+    let octaves = params.integer("octaves", 8)?;
+    if !(1..=MOST_OCTAVES).contains(&octaves) {
+        params.pass_over("octaves", &format!("from 1 to {MOST_OCTAVES}"), "the nearer of these is taken", warnings);
     }
+    Ok(octaves.clamp(1, MOST_OCTAVES) as u32)
 }

@@ -280,12 +280,17 @@ impl<'a> TextureBuilder<'a> {
             Some("EWA" | "ewa") => {
                 let most = params.float("maxanisotropy", 8.0)?;
                 if !(1.0..=MOST_ANISOTROPY).contains(&most) {
-                    return Err(params.wrong("maxanisotropy", &format!("from 1 to {MOST_ANISOTROPY}")));
+                    let expected = format!("from 1 to {MOST_ANISOTROPY}");
+                    params.pass_over("maxanisotropy", &expected, "the nearer of these is taken", self.warnings);
                 }
-                Filter::Ewa(most)
+                Filter::Ewa(most.clamp(1.0, MOST_ANISOTROPY))
             }
             Some("point") => Filter::Point,
-            Some(other) => return Err(bad_word(params, "filter", other, "point, bilinear, trilinear or EWA")),
+            Some(other) => {
+                let expected = format!("point, bilinear, trilinear or EWA, found \"{other}\"");
+                params.pass_over("filter", &expected, "bilinear is taken", self.warnings);
+                Filter::Bilinear
+            }
         };
         // Exporters state it for all filters.
         params.get("maxanisotropy");
@@ -363,7 +368,7 @@ fn unsupported(name: &str, kind: &str, of_other_kind: &[&str], other_kind: &str,
     }
 }
 
-pub(super) fn bad_word(params: &ParamSet, name: &str, found: &str, expected: &str) -> Box<SceneError> {
+fn bad_word(params: &ParamSet, name: &str, found: &str, expected: &str) -> Box<SceneError> {
     params.wrong(name, &format!("{expected}, found \"{found}\""))
 }
 

@@ -75,13 +75,14 @@ impl ImageMap {
         Some(value.map(|c| c.max(0.0)))
     }
 
-    /// The float at `point`: alpha where the image has it, else the mean of the channels. Inverted, it is not negative. 1 where the image
-    /// cannot be read.
+    /// The float at `point`: the grey of an image without colours; of others alpha where they have it, else the mean of the channels. Inverted, it is not
+    /// negative. 1 where the image cannot be read.
     pub fn float(&self, point: &TexturePoint) -> f32 {
         let Some(view) = self.image.view() else { return 1.0 };
         let texel = self.filtered(&view, &self.mapping.across(point));
         let value = match (view.channels, texel) {
-            (1, [grey, ..]) => grey,
+            // As in pbrt-v4, also with alpha. That of colours is taken as it is, not decoded as in pbrt-v4: edges are meant so.
+            (_, [grey, ..]) if self.image.is_grey() => grey,
             (3, [r, g, b, _]) => (r + g + b) / 3.0,
             (_, [.., alpha]) => alpha,
         };

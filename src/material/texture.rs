@@ -48,7 +48,7 @@ pub enum RgbInput {
 pub enum FloatTexture {
     /// One input times another.
     Scale(FloatInput, FloatInput),
-    /// An image; of several channels: alpha where there is one, else their mean.
+    /// An image; of several channels: the grey, else alpha where there is one, else their mean.
     Image(Arc<ImageMap>),
     /// One input, and as much of another as the weight says.
     Blend(FloatInput, FloatInput, Weight),

@@ -63,9 +63,6 @@ impl Job {
         if settings.strict {
             warnings.refuse_faults()?;
         }
-        for defaults in &scene.defaults {
-            defaults.warn_unused(warnings);
-        }
         // Again, now that everything else is in memory.
         memory::check_film(scene, &film)?;
         let path_of_lesson = || settings.load_cache.clone().unwrap_or_default();

@@ -169,8 +169,6 @@ pub struct SceneDescription {
     pub integrator: Entity,
     /// `Option` directives, as parameters of one list.
     pub options: ParamSet,
-    /// `Attribute` directives: the defaults that they set.
-    pub defaults: Vec<ParamSet>,
     /// The times (start, end) of the animated transforms' keys (`TransformTimes`).
     pub transform_times: [f64; 2],
     /// Shapes outside object definitions.

@@ -141,6 +141,13 @@ impl ParamSet {
         SceneError::at(span, SceneErrorKind::Parameter(message))
     }
 
+    /// Warns of the fault that the value of `name` is not what `expected` says, and says what is done `instead`.
+    pub fn pass_over(&self, name: &str, expected: &str, instead: &str, warnings: &mut Warnings) {
+        let span = self.get(name).map_or(self.span, |param| param.span);
+        let what = format!("parameter \"{name}\" of {} must be {expected}", self.owner);
+        warnings.add_fault(span, what, instead);
+    }
+
     /// One float above 0, or `default`.
     pub fn positive(&self, name: &str, default: f32) -> Result<f32> {
         let value = self.float(name, default)?;
@@ -288,6 +295,19 @@ impl ParamSet {
         }
     }
 
+    /// The first of one spectrum or several, if given: a warning tells of the others.
+    pub fn first_spectrum(&self, name: &str, warnings: &mut Warnings) -> Result<Option<&Spectrum>> {
+        match self.spectra(name)? {
+            [first, _, ..] => {
+                let span = self.get(name).map_or(self.span, |param| param.span);
+                let message = format!("parameter \"{name}\" of {} takes one value: the first is used", self.owner);
+                warnings.add(Some(span), message);
+                Ok(Some(first))
+            }
+            _ => self.spectrum(name),
+        }
+    }
+
     /// A list of spectra; empty where not given.
     pub fn spectra(&self, name: &str) -> Result<&[Spectrum]> {
         let Some(param) = self.get(name) else { return Ok(&[]) };
@@ -321,10 +341,9 @@ impl ParamSet {
         Self { owner: owner.into(), span, params }
     }
 
-    /// Warns about every parameter that no getter was asked for, by name; about defaults only where they were stated.
+    /// Warns about every parameter that no getter was asked for, by name; never about defaults, as in pbrt-v4: programs state names and the like there.
     pub fn warn_unused(&self, warnings: &mut Warnings) {
-        let states_defaults = self.owner.starts_with("Attribute ");
-        let unused = |p: &&Arc<Param>| !p.used.load(Ordering::Relaxed) && p.is_default == states_defaults;
+        let unused = |p: &&Arc<Param>| !p.used.load(Ordering::Relaxed) && !p.is_default;
         for param in self.params.iter().filter(unused) {
             warnings.add(Some(param.span), format!("parameter \"{}\" of {} is not used", param.name, self.owner));
         }

@@ -6,6 +6,7 @@
 //! need it; faces of many corners are cut into triangles: see `faults.rs`.
 
 mod ascii;
+mod ears;
 mod faults;
 #[cfg(test)]
 mod tests;

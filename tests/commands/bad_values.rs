@@ -32,7 +32,16 @@ fn nonsensical_settings() {
         ("Film \"rgb\" \"integer xresolution\" 16777215 \"integer yresolution\" 16", Limit("memory")),
         ("Film \"rgb\" \"integer xresolution\" 2147483648", Refused("2147483648")),
         ("Film \"rgb\" \"float cropwindow\" [0.5 0.5 0 1]", Refused("crop")),
-        ("Film \"rgb\" \"float cropwindow\" [0 1]", Refused("cropwindow")),
+        (
+            "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 6 \"float cropwindow\" [0 1]",
+            Warned("it is ignored"),
+        ),
+        (
+            "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 6 \"integer pixelbounds\" 3",
+            Warned("they are ignored"),
+        ),
+        ("Camera \"perspective\" \"float screenwindow\" [0 1]", Warned("the whole window is taken")),
+        ("Camera \"orthographic\" \"float focaldistance\" 0", Renders),
         ("Film \"rgb\" \"float iso\" 0", Refused("iso")),
         ("PixelFilter \"gaussian\" \"float xradius\" 0", Refused("xradius")),
         ("PixelFilter \"gaussian\" \"float sigma\" -1", Refused("sigma")),
@@ -151,7 +160,7 @@ fn nonsensical_shapes() {
         ("ObjectBegin \"a\"\nShape \"sphere\"\nObjectEnd\nScale 1e-10 1e-10 1e-10\nObjectInstance \"a\"", Renders),
         ("Scale 1e10 1e10 1e10\nShape \"sphere\" \"float radius\" 1e10", Refused("beyond")),
         ("# \u{e9}\nShape \"sphere\"", Renders),
-        ("Attribute \"shape\" \"float zork\" 1\nShape \"sphere\"", Warned("\"zork\" of Attribute")),
+        ("Attribute \"shape\" \"float zork\" 1\nShape \"sphere\"", Renders),
         (
             "AreaLightSource \"diffuse\"\nMaterial \"interface\"\nShape \"sphere\"",
             Warned("area light on a shape of material"),

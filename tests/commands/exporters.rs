@@ -61,6 +61,8 @@ fn every_old_spelling_has_its_line() {
         ("LightSource \"point\" \"xyz I\" [1 1 1]", Refused(UPGRADE)),
         ("WorldEnd", Refused(UPGRADE)),
         ("LightSource \"point\" \"blackbody I\" [6500 1]", Refused(UPGRADE)),
+        ("LightSource \"infinite\" \"blackbody L\" [6000 1]", Warned("the first is used")),
+        ("LightSource \"infinite\" \"rgb L\" [1 1 1 2 2 2]", Warned("the first is used")),
         ("AreaLightSource \"diffuse\" \"blackbody L\" [6500 1]\nShape \"sphere\"", Refused(UPGRADE)),
         ("LightSource \"point\" \"rgb scale\" [1 1 1]", Refused(UPGRADE)),
         ("AreaLightSource \"diffuse\" \"rgb scale\" [1 1 1]\nShape \"sphere\"", Refused(UPGRADE)),

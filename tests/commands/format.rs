@@ -80,7 +80,7 @@ fn headers() {
     let cases: Vec<(String, &[&str])> = vec![
         (format!("Camera \"perspective\" \"float fov\" 40 {shot} {screen}\n{base}"), &[]),
         (format!("Camera \"orthographic\" {shot} {screen}\n{base}"), &[]),
-        (format!("Camera \"spherical\" {shot} \"string mapping\" \"equirectangular\"\n{base}"), &[]),
+        (format!("Camera \"spherical\" {shot} {screen} \"string mapping\" \"equirectangular\"\n{base}"), &[]),
         (
             format!(
                 "Camera \"realistic\" {shot} \"string lensfile\" \"lens.dat\" \"float aperturediameter\" 5 \"float focusdistance\" 2 \

@@ -168,13 +168,13 @@ fn images_of_bytes() {
         2e-5,
     );
 
-    // With alpha: colours leave it out; a float is the alpha, unless that is 1 all over; alpha is never decoded.
+    // With alpha: colours leave it out; a float is the grey, or of colours the alpha, unless that is 1 all over; alpha is never decoded.
     let alphas: Vec<u8> = (0..COUNT as u8).map(|i| 40 * i).collect();
     let alpha: Vec<[f32; 3]> = alphas.iter().map(|&a| [f32::from(a) / 255.0; 3]).collect();
     let la: Vec<u8> = greys.iter().zip(&alphas).flat_map(|(&g, &a)| [g, a]).collect();
     let la = write("la8.png", png(&la, ExtendedColorType::La8));
     assert_albedo("grey with alpha", "spectrum", &named(&la, ""), &grey(linear), 1e-6);
-    assert_albedo("alpha of grey", "float", &named(&la, ""), &alpha, 1e-6);
+    assert_albedo("grey beside alpha", "float", &named(&la, ""), &grey(linear), 1e-6);
     let rgba: Vec<u8> = bytes().iter().zip(&alphas).flat_map(|(rgb, &a)| [rgb[0], rgb[1], rgb[2], a]).collect();
     let rgba8 = write("rgba8.png", png(&rgba, ExtendedColorType::Rgba8));
     assert_albedo("RGBA", "spectrum", &named(&rgba8, ""), &srgb, 1e-6);

@@ -82,6 +82,34 @@ fn flames_glow_as_quadrature_says_however_thin_they_are() {
     }
 }
 
+/// Fires so thick that what is ahead is their own radiance alone, seen from within (towards the sides of the box they fade).
+#[test]
+fn what_glows_by_temperature_and_rgbgrids_are_as_bright_as_in_pbrt() {
+    let ones = |n: usize| vec!["1"; n].join(" ");
+    let thick = "\"float scale\" 30 \"rgb sigma_s\" [0 0 0] \"float Lescale\" 0.25";
+    let hot = grid_medium(4, &ones(64), &format!("{thick} \"float temperature\" [{}]", vec!["5500"; 64].join(" ")));
+    let colours = format!(
+        "MakeNamedMedium \"g\" \"string type\" \"rgbgrid\" \"integer nx\" 4 \"integer ny\" 4 \"integer nz\" 4
+         \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1] \"float scale\" 30 \"float Lescale\" 0.25 \"rgb sigma_a\" [{}]
+         \"rgb sigma_s\" [{}] \"rgb Le\" [{}]\n",
+        ones(192),
+        vec!["0"; 192].join(" "),
+        vec!["1 2 3"; 64].join(" ")
+    );
+    let seen = |medium: &str| {
+        let shot = Shot { from: [0.0; 3], to: [0.0, 0.0, 1.0], ..along_z(1) };
+        shot.mean(&format!("{medium}{}", boundary("g", "", CUBE)), 2048).0
+    };
+    // 0.25 times ∫ ȳ dλ times the mean of Planck's curve under ȳ over its peak.
+    let [r, g, b] = seen(&hot);
+    let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    assert!((luminance / 26.2 - 1.0).abs() < 0.01, "{luminance}");
+    for (c, found) in seen(&colours).into_iter().enumerate() {
+        let expected = 0.25 * 106.857 * (c + 1) as f64;
+        assert!((found / expected - 1.0).abs() < 0.01, "channel {c}: {found}, {expected}");
+    }
+}
+
 /// From within, to either side.
 #[test]
 fn a_camera_inside_a_fire_sees_what_is_ahead() {

@@ -52,9 +52,17 @@ impl Camera {
         let size = Vec2::from_array(film.resolution.map(|n| n as f32));
         let projection = match entity.kind.as_str() {
             // A scene without a Camera directive gets pbrt's default.
-            "perspective" | "" => perspective(params, size)?,
-            "orthographic" => Projection::Orthographic { screen: screen(params, size, 1.0)?, lens: lens(params)? },
-            "spherical" => Projection::Spherical { per_pixel: size.recip(), mapping: mapping(params)? },
+            "perspective" | "" => perspective(params, size, warnings)?,
+            "orthographic" => {
+                Projection::Orthographic { screen: screen(params, size, 1.0, warnings)?, lens: lens(params)? }
+            }
+            "spherical" => {
+                // pbrt-v4 reads these and makes nothing of them.
+                for name in ["lensradius", "focaldistance", "screenwindow", "frameaspectratio"] {
+                    params.get(name);
+                }
+                Projection::Spherical { per_pixel: size.recip(), mapping: mapping(params)? }
+            }
             "realistic" => realistic(scene, size, warnings)?,
             other => {
                 let message = format!("camera type \"{other}\" is not known");
@@ -169,13 +177,17 @@ fn normalised_time(time: f64, [start, end]: [f64; 2]) -> f32 {
 }
 
 /// The plane that pbrt's cameras stretch the image over: its shorter axis spans ±`half`.
-fn screen(params: &ParamSet, size: Vec2, half: f32) -> Result<Screen> {
+fn screen(params: &ParamSet, size: Vec2, half: f32, warnings: &mut Warnings) -> Result<Screen> {
     let aspect = params.positive("frameaspectratio", size.x / size.y)?;
+    let default = if aspect > 1.0 { [-aspect, aspect, -1.0, 1.0] } else { [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect] };
     let window = match *params.floats("screenwindow")? {
-        [] if aspect > 1.0 => [-aspect, aspect, -1.0, 1.0],
-        [] => [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect],
+        [] => default,
         [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => [x0, x1, y0, y1],
-        _ => return Err(params.wrong("screenwindow", "four numbers x0 x1 y0 y1 that span an area")),
+        [_, _, _, _] => return Err(params.wrong("screenwindow", "four numbers x0 x1 y0 y1 that span an area")),
+        _ => {
+            params.pass_over("screenwindow", "four numbers x0 x1 y0 y1", "the whole window is taken", warnings);
+            default
+        }
     };
     let [x0, x1, y0, y1] = window.map(|s| s * half);
     Ok(Screen { corner: Vec2::new(x0, y1), per_pixel: Vec2::new((x1 - x0) / size.x, (y0 - y1) / size.y) })
@@ -186,15 +198,21 @@ fn lens(params: &ParamSet) -> Result<Lens> {
     if radius < 0.0 {
         return Err(params.wrong("lensradius", "a radius of at least 0"));
     }
-    Ok(Lens { radius, focal_distance: params.positive("focaldistance", 1e6)? })
+    let focal_distance = params.float("focaldistance", 1e6)?;
+    // Without a lens nothing is focused, and exporters write 0 then.
+    if focal_distance.is_nan() || (radius > 0.0 && focal_distance <= 0.0) {
+        return Err(params.wrong("focaldistance", "above 0"));
+    }
+    Ok(Lens { radius, focal_distance })
 }
 
-fn perspective(params: &ParamSet, size: Vec2) -> Result<Projection> {
+fn perspective(params: &ParamSet, size: Vec2, warnings: &mut Warnings) -> Result<Projection> {
     let fov = params.float("fov", 90.0)?;
     if !(fov > 0.0 && fov < 180.0) {
         return Err(params.wrong("fov", "an angle above 0 and below 180 degrees"));
     }
-    Ok(Projection::Perspective { screen: screen(params, size, (0.5 * fov).to_radians().tan())?, lens: lens(params)? })
+    let screen = screen(params, size, (0.5 * fov).to_radians().tan(), warnings)?;
+    Ok(Projection::Perspective { screen, lens: lens(params)? })
 }
 
 fn mapping(params: &ParamSet) -> Result<Mapping> {

@@ -126,10 +126,14 @@ fn what_is_not_supported_is_named() {
     scene.camera.kind = "panini".into();
     let error = build(&scene).expect_err("no such camera");
     assert!(matches!(&error.kind, SceneErrorKind::Unsupported(m) if m.contains("panini")));
-    for (name, value) in [("fov", 180.0), ("fov", 0.0), ("lensradius", -1.0), ("focaldistance", 0.0)] {
+    for (name, value) in [("fov", 180.0), ("fov", 0.0), ("lensradius", -1.0), ("focaldistance", f32::NAN)] {
         assert!(build(&world(vec![floats(name, &[value])], [10, 10])).is_err(), "{name} {value}");
     }
     assert!(build(&world(vec![floats("screenwindow", &[0.0, 0.0, 1.0, 2.0])], [10, 10])).is_err());
+    // What is in focus matters where there is a lens.
+    let focus =
+        |radius: f32| build(&world(vec![floats("lensradius", &[radius]), floats("focaldistance", &[0.0])], [10, 10]));
+    assert!(focus(0.1).is_err() && focus(0.0).is_ok());
     let mut flat = world(vec![], [10, 10]);
     flat.camera_transform = Animated::fixed(DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0)));
     assert!(build(&flat).is_err());

@@ -18,11 +18,11 @@ impl Builder<'_> {
         let portal = self.portal(params)?;
         let name = params.string("filename")?;
         if name.is_none() && portal.is_none() {
-            let radiance = self.emission(params, "L")? * illuminance.map_or(1.0, |e| e / PI);
+            let radiance = self.sky(params)? * illuminance.map_or(1.0, |e| e / PI);
             self.lights.add_infinite(InfiniteLight::Constant(radiance));
             return Ok(());
         }
-        let mut scale = self.emission(params, "L")?;
+        let mut scale = self.sky(params)?;
         let image = match name {
             None => {
                 scale *= illuminance.take().map_or(1.0, |e| e / PI);
@@ -46,6 +46,12 @@ impl Builder<'_> {
         };
         self.lights.add_infinite(light);
         Ok(())
+    }
+
+    /// `L` times `scale`. Of several spectra the first counts, as in pbrt-v4 for this light alone: other programs add a scale to a temperature.
+    fn sky(&mut self, params: &ParamSet) -> Result<Rgb> {
+        let colour = params.first_spectrum("L", self.warnings)?.map_or(Rgb::WHITE, |spectrum| spectrum.to_illuminant());
+        self.non_negative(params, colour * params.float("scale", 1.0)?)
     }
 
     fn environment(

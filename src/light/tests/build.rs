@@ -42,7 +42,6 @@ fn scene(lights: Vec<LightEntity>, area_lights: Vec<Entity>) -> SceneDescription
         sampler: none(),
         integrator: none(),
         options: ParamSet::new("Option", SPAN, Vec::new()),
-        defaults: vec![],
         transform_times: [0.0, 1.0],
         shapes: Vec::new(),
         objects: Vec::new(),
@@ -109,6 +108,19 @@ fn parameters_mean_what_pbrt_means() {
         "{said:?}"
     );
     assert!(build(&scene, &geometry, &[], true).0.is_err(), "strict refuses what it does not know");
+}
+
+#[test]
+fn edges_of_spots_wider_than_the_cone_are_as_in_pbrt() {
+    let cosine = |degrees: f32| degrees.to_radians().cos();
+    for (delta, start) in [(5.0, 25.0), (40.0, 10.0), (55.0, 25.0), (80.0, 30.0), (-5.0, 30.0)] {
+        let spot = light("spot", DMat4::IDENTITY, vec![float("coneangle", 30.0), float("conedeltaangle", delta)]);
+        let (lights, _) = build(&scene(vec![spot], vec![]), &Geometry::default(), &[], true);
+        let lights = lights.expect("it is a good scene");
+        let LightRef::Spot(spot) = lights.get(LightId(0)) else { panic!("it is a spot") };
+        assert!((spot.cos_start - cosine(start)).abs() < 1e-6 && spot.cos_end == cosine(30.0), "{delta}: {spot:?}");
+        assert!(spot.falloff(cosine(30.1)) == 0.0 && spot.falloff(cosine(29.9)) >= 0.0 && spot.power()[0] > 0.0);
+    }
 }
 
 #[test]

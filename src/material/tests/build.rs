@@ -40,7 +40,6 @@ pub(super) fn scene(materials: Vec<MaterialEntity>, textures: Vec<TextureEntity>
         sampler: entity("", vec![]),
         integrator: entity("", vec![]),
         options: params(vec![]),
-        defaults: vec![],
         transform_times: [0.0, 1.0],
         shapes: vec![],
         objects: vec![],
@@ -359,6 +358,24 @@ fn textures_that_contain_themselves_or_do_not_exist_are_refused() {
             Materials::build(&scene, TextureSettings::default(), false, &mut Warnings::default()).is_err(),
             "{name}"
         );
+    }
+}
+
+/// The grey of grey with alpha, decoded; the alpha of colours, as it is.
+#[test]
+fn floats_are_of_greys_or_of_the_alpha_of_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    image::GrayAlphaImage::from_pixel(1, 1, image::LumaA([188, 77])).save(folder.path().join("grey.png")).unwrap();
+    image::RgbaImage::from_pixel(1, 1, image::Rgba([188, 0, 0, 128])).save(folder.path().join("colour.png")).unwrap();
+    for (file, expected) in [("grey.png", 0.5029), ("colour.png", 128.0 / 255.0)] {
+        let textures = vec![
+            texture("f", false, "imagemap", vec![("filename", string(file))]),
+            texture("t", true, "scale", vec![("tex", floats(1.0)), ("scale", ParamValue::Texture("f".into()))]),
+        ];
+        let list = vec![material("m", "diffuse", vec![("reflectance", ParamValue::Texture("t".into()))])];
+        let (materials, _) = build(&scene(list, textures, folder.path().into()));
+        let found = materials.bsdf(MaterialId(0), &point(Vec2::ZERO), &Footprint::NONE, 0.0, 0).albedo(Vec3::Z)[0];
+        assert!((found - expected).abs() < 1e-3, "{file}: {found}");
     }
 }
 

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::{Result, anisotropy, coefficient, factor, radiance, report_bad, temperature_offset, wrong};
 use crate::math::Rgb;
 use crate::medium::Medium;
-use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape};
+use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape, PHOTOMETRIC};
 use crate::medium::grid::field::{AnyGrid, Field, ScalarGrid};
 use crate::medium::grid::map::IndexMap;
 use crate::medium::grid::sparse::SparseGrid;
@@ -160,7 +160,7 @@ pub fn uniform_grid(
     Ok(Medium::Grid(Box::new(GridMedium::new(parts))))
 }
 
-/// pbrt's `rgbgrid`: σ_a and σ_s (and L_e) cell by cell; one of the first two may be left out and is then 1 everywhere.
+/// pbrt's `rgbgrid`: σ_a and σ_s (and L_e) cell by cell; one of the first two may be left out and is then 1 everywhere. L_e counts [`PHOTOMETRIC`] times.
 pub fn rgb_grid(
     params: &ParamSet,
     render_from_medium: &DAffine3,
@@ -196,7 +196,7 @@ pub fn rgb_grid(
     });
     let mut emission = emission;
     if let Some(emission) = &mut emission {
-        emission.radiance = Rgb::splat(factor(params, "Lescale", 1.0)?);
+        emission.radiance = Rgb::splat(factor(params, "Lescale", 1.0)? * PHOTOMETRIC);
         if let EmissionShape::Grid(field) = &emission.shape {
             report_bad(params, "\"Le\"", field.grid.bad_voxels(), strict, warnings)?;
         }

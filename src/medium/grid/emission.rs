@@ -11,11 +11,16 @@ use crate::math::spectrum::Spectrum;
 /// What a temperature's radiance is measured against.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BlackbodyScale {
-    /// As pbrt-v4: Planck's curve divided by its own peak, wherever that lies.
+    /// As pbrt-v4: Planck's curve divided by its own peak, wherever that lies, as a sensor of [`PHOTOMETRIC`] sees it.
     Peak,
     /// Luminance relative to that of this temperature in kelvin.
     Relative(f32),
 }
+
+/// ∫ ȳ dλ of the CIE's 1931 observer, in nm. pbrt-v4's sensor (`PixelSensor::ToSensorRGB`) integrates radiance times ȳ and does not divide by this: for
+/// lights and for most media the spectrum is divided by it when it is made. What `GridMedium` and `NanoVDBMedium` emit by temperature, and the `Le` of
+/// `RGBGridMedium`, is not, and so comes out this many times as bright as the numbers say.
+pub const PHOTOMETRIC: f32 = 106.856_895;
 
 /// Second radiation constant hc/k in nm K.
 const C2: f64 = 1.438_776_877e7;
@@ -70,6 +75,7 @@ impl BlackbodyTable {
             BlackbodyScale::Peak => None,
             BlackbodyScale::Relative(to) => Some(luminance(f64::from(to.max(COLD)))),
         };
+        let seen = if fixed_reference.is_some() { 1.0 } else { PHOTOMETRIC };
         let entries = (0..ENTRIES)
             .map(|i| {
                 let kelvin = COLD * (step * i as f32).exp();
@@ -77,7 +83,7 @@ impl BlackbodyTable {
                 // Wien's law: λ T = 2.897771955e6 nm K at the peak.
                 let reference = fixed_reference.unwrap_or_else(|| planck(2.897_771_955e6 / t, t));
                 let chroma = Spectrum::Blackbody(kelvin).to_illuminant();
-                (chroma * (luminance(t) / reference) as f32).map(|c| if c.is_finite() { c } else { 0.0 })
+                (chroma * (luminance(t) / reference) as f32 * seen).map(|c| if c.is_finite() { c } else { 0.0 })
             })
             .collect();
         Self { entries, density: 1.0 / step }
@@ -180,5 +186,11 @@ mod tests {
         // Luminance is monotone, and at the peak scale a body of 5500 K is close to 1 (its peak is in the green).
         let near_peak = luminance(5500.0) / planck(2.897_771_955e6 / 5500.0, 5500.0);
         assert!((0.95..1.0).contains(&near_peak), "{near_peak}");
+        let at = |scale| f64::from(BlackbodyTable::new(6000.0, scale).at(5500.0).luminance());
+        let (peak, relative) = (at(BlackbodyScale::Peak), at(BlackbodyScale::Relative(5500.0)));
+        assert!(
+            (peak / (106.856_895 * near_peak) - 1.0).abs() < 1e-3 && (relative - 1.0).abs() < 1e-3,
+            "{peak} {relative}"
+        );
     }
 }

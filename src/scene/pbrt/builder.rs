@@ -26,6 +26,9 @@ use crate::system::memory::available;
 /// The most attribute blocks within each other.
 const DEEPEST_NESTING: usize = 1 << 16;
 
+/// What of a matrix's last row is more than what rounding leaves there.
+const PERSPECTIVE: f64 = 1e-7;
+
 /// No memory is short for so few.
 const FEW_ENTITIES: usize = 1 << 16;
 
@@ -147,7 +150,6 @@ impl<'a, 'b> Builder<'a, 'b> {
             sampler: entity("Sampler", "zsobol"),
             integrator: entity("Integrator", "volpath"),
             options: ParamSet::new("Option", start, Vec::new()),
-            defaults: Vec::new(),
             transform_times: [0.0, 1.0],
             shapes: Vec::new(),
             objects: Vec::new(),
@@ -292,7 +294,7 @@ impl<'a, 'b> Builder<'a, 'b> {
                 Ok(())
             }
             D::ConcatTransform => {
-                let matrix = DMat4::from_cols_array(&self.numbers(true)?);
+                let matrix = self.matrix(span)?;
                 self.concat(matrix, span)
             }
             D::CoordSysTransform => {
@@ -389,7 +391,7 @@ impl<'a, 'b> Builder<'a, 'b> {
             D::Shape => self.shape(span),
             D::Texture => self.texture(span),
             D::Transform => {
-                let matrix = DMat4::from_cols_array(&self.numbers(true)?);
+                let matrix = self.matrix(span)?;
                 self.set(matrix, span)
             }
             D::TransformBegin | D::TransformEnd => {
@@ -422,6 +424,22 @@ impl<'a, 'b> Builder<'a, 'b> {
                 Ok(())
             }
         }
+    }
+
+    /// The 16 numbers of an affine matrix, column by column. All of them may be multiples of what is meant; perspective, which shapes and lights cannot
+    /// have, is a fault and left out.
+    fn matrix(&mut self, span: Span) -> Result<DMat4> {
+        let mut matrix = DMat4::from_cols_array(&self.numbers(true)?);
+        let row = matrix.row(3);
+        if row.w != 0.0 && row.w != 1.0 {
+            matrix *= row.w.recip();
+        }
+        if row.w == 0.0 || row.truncate().abs().max_element() > PERSPECTIVE * row.w.abs() {
+            let what = format!("the last row of this matrix is {} {} {} {}: a perspective", row.x, row.y, row.z, row.w);
+            self.warnings.add_fault(span, what, "0 0 0 1 is taken");
+        }
+        (matrix.x_axis.w, matrix.y_axis.w, matrix.z_axis.w, matrix.w_axis.w) = (0.0, 0.0, 0.0, 1.0);
+        Ok(matrix)
     }
 
     /// `N` numbers; brackets around them are allowed where `bracketed`.

@@ -56,6 +56,10 @@ pub fn finish(mut scene: SceneDescription, header: Header, names: &Names) -> Res
     for material in &scene.materials {
         check_textures(&material.entity.params, names)?;
     }
+    // Also those that are declared later: pbrt-v4 takes images, and floats for spectra, wherever they stand.
+    for texture in &scene.textures {
+        check_textures(&texture.entity.params, names)?;
+    }
     check_mixes(&scene, names)?;
     if let Some((entity, transform, medium)) = header.camera {
         scene.camera = entity;

@@ -32,7 +32,8 @@ fn wrong<T>(span: Span, message: impl Into<String>) -> Result<T> {
     Err(SceneError::at(span, SceneErrorKind::Parameter(message.into())))
 }
 
-/// Reads parameters until something else than a quoted declaration follows. Of two with one name the later counts.
+/// Reads parameters until something else than a quoted declaration follows. Of two with one name the later counts, but a texture before what is none, as
+/// in pbrt-v4.
 ///
 /// # Errors
 /// Anything that is not a well-formed parameter, at its place.
@@ -52,11 +53,14 @@ pub fn parse_list(reader: &mut Reader, context: &Context, warnings: &mut Warning
         }
         reader.next()?;
         let declaration = unescape(reader.text(&token), token.span)?;
-        let param = parse_one(reader, &declaration, token.span, context)?;
+        let param = parse_one(reader, &declaration, token.span, context, warnings)?;
         if let Some(earlier) = params.iter_mut().find(|p| p.name == param.name) {
-            warnings
-                .add(Some(param.span), format!("parameter \"{}\" is given twice; the later one counts", param.name));
-            *earlier = param;
+            let is_texture = |param: &Param| matches!(param.value, ParamValue::Texture(_));
+            let counts = if is_texture(earlier) && !is_texture(&param) { "texture" } else { "later one" };
+            warnings.add(Some(param.span), format!("parameter \"{}\" is given twice; the {counts} counts", param.name));
+            if counts == "later one" {
+                *earlier = param;
+            }
         } else {
             params.push(param);
         }
@@ -72,17 +76,27 @@ pub fn parse_list(reader: &mut Reader, context: &Context, warnings: &mut Warning
 ///
 /// # Errors
 /// A malformed declaration, an unknown type, or values that do not fit it.
-pub fn parse_one(reader: &mut Reader, declaration: &str, span: Span, context: &Context) -> Result<Param> {
+pub fn parse_one(
+    reader: &mut Reader,
+    declaration: &str,
+    span: Span,
+    context: &Context,
+    warnings: &mut Warnings,
+) -> Result<Param> {
     let mut words = declaration.split_ascii_whitespace();
-    let (Some(type_name), Some(name), None) = (words.next(), words.next(), words.next()) else {
+    let (Some(type_name), Some(name)) = (words.next(), words.next()) else {
         return syntax(span, format!("expected \"type name\", found \"{declaration}\"")).map_err(
             |e: Box<SceneError>| {
                 e.help("a parameter is declared as its type and its name in one pair of quotes: \"float fov\" 40")
             },
         );
     };
+    if words.next().is_some() {
+        let what = format!("expected \"type name\", found \"{declaration}\"");
+        warnings.add_fault(span, what, "the words after these two are ignored");
+    }
     let value = match type_name {
-        "float" => ParamValue::Float(floats(reader, span)?),
+        "float" => ParamValue::Float(floats(reader, span, warnings)?),
         "integer" => {
             let mut values = Vec::new();
             each_value(reader, span, |kind, text, at| {
@@ -91,9 +105,9 @@ pub fn parse_one(reader: &mut Reader, declaration: &str, span: Span, context: &C
             })?;
             ParamValue::Integer(values)
         }
-        "point2" | "vector2" => ParamValue::Vec2(vectors(reader, span, type_name)?),
+        "point2" | "vector2" => ParamValue::Vec2(vectors(reader, span, type_name, warnings)?),
         "point3" | "vector3" | "normal3" | "point" | "vector" | "normal" => {
-            ParamValue::Vec3(vectors(reader, span, type_name)?)
+            ParamValue::Vec3(vectors(reader, span, type_name, warnings)?)
         }
         "bool" => {
             let mut values = Vec::new();
@@ -128,13 +142,13 @@ pub fn parse_one(reader: &mut Reader, declaration: &str, span: Span, context: &C
             }
         }
         "rgb" => {
-            let triples: Vec<[f32; 3]> = vectors(reader, span, type_name)?;
+            let triples: Vec<[f32; 3]> = vectors(reader, span, type_name, warnings)?;
             ParamValue::Spectrum(
                 triples.into_iter().map(|t| Spectrum::Rgb(context.color_space.to_rec709(Rgb::from(t)))).collect(),
             )
         }
         "blackbody" => {
-            let kelvins = floats(reader, span)?;
+            let kelvins = floats(reader, span, warnings)?;
             if let Some(bad) = kelvins.iter().find(|&&t| t <= 0.0) {
                 return wrong(span, format!("a black body's temperature is in kelvin and above 0, found {bad}"));
             }
@@ -200,7 +214,7 @@ fn word<T>(
     text: &str,
     at: Span,
     wanted: &str,
-    parse: impl Fn(&str) -> std::result::Result<T, String>,
+    parse: impl FnOnce(&str) -> std::result::Result<T, String>,
 ) -> Result<T> {
     if kind == TokenKind::Quoted {
         return wrong(at, format!("expected {wanted}, found the string \"{}\"", shown(text).trim_matches('`')));
@@ -215,17 +229,32 @@ fn quoted(kind: TokenKind, text: &str, at: Span) -> Result<String> {
     }
 }
 
-fn floats(reader: &mut Reader, span: Span) -> Result<Vec<f32>> {
+/// Numbers. Of those that only double precision holds the largest of single precision is taken, with a warning.
+fn floats(reader: &mut Reader, span: Span, warnings: &mut Warnings) -> Result<Vec<f32>> {
     let mut values = Vec::new();
     each_value(reader, span, |kind, text, at| {
-        values.push(word(kind, text, at, "a number", lexer::number::<f32>)?);
+        values.push(word(kind, text, at, "a number", |text| {
+            lexer::number::<f32>(text).or_else(|message| match lexer::number::<f64>(text) {
+                Ok(large) => {
+                    let largest = f32::MAX.copysign(large as f32);
+                    warnings.add(Some(at), format!("{message}: {largest:e} is taken"));
+                    Ok(largest)
+                }
+                Err(_) => Err(message),
+            })
+        })?);
         Ok(())
     })?;
     Ok(values)
 }
 
-fn vectors<const N: usize>(reader: &mut Reader, span: Span, type_name: &str) -> Result<Vec<[f32; N]>> {
-    let flat = floats(reader, span)?;
+fn vectors<const N: usize>(
+    reader: &mut Reader,
+    span: Span,
+    type_name: &str,
+    warnings: &mut Warnings,
+) -> Result<Vec<[f32; N]>> {
+    let flat = floats(reader, span, warnings)?;
     let (vectors, rest) = flat.as_chunks::<N>();
     if !rest.is_empty() {
         return wrong(

@@ -2,6 +2,7 @@
 //! corners; here those of more are cut into triangles.
 
 use super::PlyMesh;
+use super::ears::{MOST_CORNERS, ears};
 
 /// Something that was left out of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,13 +68,27 @@ impl PlyMesh {
             self.quads.retain(|face| is_good(face));
         }
         let mut faces = self.triangles.len();
-        for face in polygons.faces().filter(|face| is_good(face)) {
-            // A fan around the first corner: right for all faces that are convex.
-            self.triangles.extend(face[1..].windows(2).map(|edge| [face[0], edge[0], edge[1]]));
+        // A face may be joined around holes, where it comes by a vertex twice. One that comes by all of them more often is made to fill the memory.
+        let is_sound = |face: &[u32]| face.len() <= 2 * self.positions.len();
+        let unsound = polygons.faces().filter(|face| is_good(face) && !is_sound(face)).count();
+        for face in polygons.faces().filter(|face| is_good(face) && is_sound(face)) {
+            let cut = (face.len() <= MOST_CORNERS).then(|| {
+                let corners: Vec<[f32; 3]> = face.iter().map(|&i| self.positions[i as usize]).collect();
+                ears(&corners)
+            });
+            match cut.flatten() {
+                Some(cut) => self.triangles.extend(cut.into_iter().map(|triangle| triangle.map(|i| face[i]))),
+                // A fan around the first corner: right for all faces that are convex.
+                None => self.triangles.extend(face[1..].windows(2).map(|edge| [face[0], edge[0], edge[1]])),
+            }
             faces += 1;
         }
         self.triangle_faces = u32::try_from(faces).unwrap_or(u32::MAX);
-        let lost = stated - faces - self.quads.len();
+        if unsound > 0 {
+            let what = format!("{unsound} of its faces have more than two corners for each of its vertices");
+            self.fault(what, "they are left out");
+        }
+        let lost = stated - faces - self.quads.len() - unsound;
         if lost > 0 {
             let what = format!("{lost} of its faces have corners that are not finite");
             self.fault(what, "they are left out");

@@ -231,3 +231,30 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn concave_faces_are_cut_within_them() {
+    let l = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+        property list uchar int vertex_indices\nend_header\n2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0\n0 0 0\n6 0 1 2 3 4 5\n";
+    let mesh = from(l.as_bytes()).unwrap();
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    };
+    let areas: Vec<f32> = mesh.triangles.iter().map(area).collect();
+    assert!(areas.len() == 4 && areas.iter().all(|a| *a >= 0.0) && areas.iter().sum::<f32>() == 3.0, "{areas:?}");
+    assert_eq!((mesh.triangle_faces, mesh.faults), (1, vec![]));
+}
+
+#[test]
+fn a_face_of_more_corners_than_vertices_allow_is_left_out() {
+    let mut bytes = b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\n\
+        element face 1\nproperty list uint uchar vertex_indices\nend_header\n"
+        .to_vec();
+    bytes.extend([0, 0, 0, 1, 0, 0, 0, 1, 0]);
+    bytes.extend(1000u32.to_le_bytes());
+    bytes.extend((0..1000).map(|i| (i % 3) as u8));
+    let mesh = from(&bytes).unwrap();
+    assert!(mesh.triangles.is_empty() && mesh.faults.len() == 1, "{:?}", mesh.faults);
+    assert!(mesh.faults[0].what.contains("more than two corners for each"), "{:?}", mesh.faults);
+}

@@ -9,7 +9,7 @@ use crate::scene::pbrt::older::UPGRADE;
 use crate::scene::pbrt::state::CurrentMaterial;
 use crate::scene::{
     Entity, InstanceEntity, MaterialEntity, MaterialIndex, MediumEntity, MediumInterface, ObjectEntity, ParamSet,
-    ParamValue, SceneError, SceneErrorKind, ShapeEntity, Span, TextureEntity,
+    SceneError, SceneErrorKind, ShapeEntity, Span, TextureEntity,
 };
 
 /// Objects within objects: they are flattened by recursion.
@@ -172,14 +172,6 @@ impl Builder<'_, '_> {
         let (kind, _) = self.reader.expect_string("a texture's class")?;
         self.notice_age("Texture", &kind, span);
         let params = self.params(&format!("Texture \"{name}\" \"{kind}\""), span, Some("texture"))?;
-        for param in params.iter() {
-            if let ParamValue::Texture(other) = &param.value
-                && ![true, false].iter().any(|s| self.texture_names.contains_key(&(other.clone(), *s)))
-            {
-                let what = SceneErrorKind::Undefined(format!("no texture called \"{other}\" is defined above"));
-                return Err(SceneError::at(param.span, what).help("a texture can use only textures declared before it"));
-            }
-        }
         if self.texture_names.insert((name.clone(), is_spectrum), self.scene.textures.len() as u32).is_some() {
             return redefined(at, &format!("{type_name} texture"), &name);
         }

@@ -23,7 +23,6 @@ impl Builder<'_, '_> {
         let context = Context { color_space: self.state.color_space, base: &self.base };
         let list = parameter::parse_list(&mut self.reader, &context, self.warnings)?;
         let list: Vec<Arc<Param>> = list.into_iter().map(|param| Arc::new(param.into_default())).collect();
-        self.scene.defaults.push(ParamSet::of_defaults(format!("Attribute \"{target}\""), at, list.clone()));
         let defaults = Rc::make_mut(&mut self.state.defaults[slot]);
         for param in list {
             match defaults.iter_mut().find(|p| p.name == param.name) {
@@ -63,7 +62,7 @@ impl Builder<'_, '_> {
             format!("{type_name} {}", normalised(&declaration))
         };
         let context = Context { color_space: self.state.color_space, base: &self.base };
-        let param = parameter::parse_one(&mut self.reader, &typed, at, &context)?;
+        let param = parameter::parse_one(&mut self.reader, &typed, at, &context, self.warnings)?;
         self.header.options.retain(|p| p.name != param.name);
         self.header.options.push(param);
         if self.header.options.len() > MOST_DEFAULTS {

@@ -9,6 +9,12 @@ fn warnings_name_what_happens() {
         ("ColorSpace \"adobe\" WorldBegin", "unknown colour space \"adobe\""),
         ("WorldBegin TransformBegin TransformEnd", "TransformBegin is deprecated"),
         ("WorldBegin Shape \"a\" \"float r\" 1 \"float r\" 2", "given twice"),
+        (
+            "WorldBegin Shape \"a\" \"float r metres\" 1",
+            "found \"float r metres\": the words after these two are ignored",
+        ),
+        ("WorldBegin Shape \"a\" \"float r\" -1e40", "`-1e40` is too large or not finite: -3.4028235e38 is taken"),
+        ("WorldBegin Transform [1 0 0 0.5 0 1 0 0 0 0 1 0 0 0 0 1]", "is 0.5 0 0 1: a perspective: 0 0 0 1 is taken"),
         ("Film \"rgb\" Film \"rgb\" WorldBegin", "Film is given twice"),
         ("WorldBegin AttributeBegin", "never ended"),
         ("WorldBegin AreaLightSource \"diffuse\"", "in force at no shape"),
@@ -33,8 +39,8 @@ fn errors_have_their_place() {
         ("Transform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 2]", "main.pbrt:1:44: expected ] after 16 numbers, found `2`"),
         ("WorldBegin Shape \"a\" \"float x\" [1 2 nan]", "main.pbrt:1:37: expected a number, found `nan`"),
         (
-            "WorldBegin Shape \"a\" \"float x\" [1 2 1e39]",
-            "main.pbrt:1:37: the number `1e39` is too large or not finite",
+            "WorldBegin Shape \"a\" \"float x\" [1 2 1e400]",
+            "main.pbrt:1:37: the number `1e400` is too large or not finite",
         ),
         ("WorldBegin Shape \"a\" \"float x\" -inf", "main.pbrt:1:32: the number `-inf` is too large or not finite"),
         ("WorldBegin Translate 1e400 0 0", "main.pbrt:1:22: the number `1e400` is too large or not finite"),
@@ -97,8 +103,8 @@ fn errors_have_their_place() {
         ("WorldBegin MediumInterface \"m\" \"\"", "main.pbrt:1:28: no medium is called \"m\""),
         ("WorldBegin Material \"diffuse\" \"texture reflectance\" \"t\"", "main.pbrt:1:31: no texture is called \"t\""),
         (
-            "WorldBegin Texture \"t\" \"float\" \"scale\" \"texture tex\" \"t\"",
-            "main.pbrt:1:40: no texture called \"t\" is defined above",
+            "WorldBegin Texture \"t\" \"float\" \"scale\" \"texture tex\" \"u\"",
+            "main.pbrt:1:40: no texture is called \"u\"",
         ),
         (
             "WorldBegin Texture \"t\" \"color\" \"scale\"",

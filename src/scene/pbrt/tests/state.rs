@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3};
 use super::*;
 use crate::math::Rgb;
 use crate::math::spectrum::Spectrum;
-use crate::scene::{MaterialIndex, MediumInterface};
+use crate::scene::{MaterialIndex, MediumInterface, ParamValue};
 
 #[test]
 fn an_empty_world_has_the_formats_defaults() {
@@ -171,4 +171,26 @@ fn objects_and_instances() {
     assert_eq!(scene.instances[1].transform.start, expected);
     let warnings = warnings(text);
     assert!(warnings.iter().any(|w| w.contains("inside object definitions")), "{warnings:?}");
+}
+
+#[test]
+fn matrices_may_be_multiples_of_affine_ones() {
+    let shape = |text: &str| scene(&format!("WorldBegin {text} Shape \"a\"")).shapes[0].transform.start;
+    let twice = shape("Transform [2 0 0 0 0 2 0 0 0 0 2 0 6 0 0 2]");
+    assert_eq!(twice, DMat4::from_translation(DVec3::new(3.0, 0.0, 0.0)));
+    assert_eq!(shape("ConcatTransform [-4 0 0 0 0 -4 0 0 0 0 -4 0 -12 0 0 -4]"), twice);
+    // Perspective is dropped.
+    assert_eq!(shape("Transform [1 0 0 0.5 0 1 0 0 0 0 1 0 3 0 0 1]"), twice);
+    assert_eq!(shape("Transform [1 0 0 0 0 1 0 0 0 0 1 0 3 0 0 0]"), twice);
+}
+
+#[test]
+fn a_texture_counts_before_a_number_of_the_same_name() {
+    for text in ["\"float alpha\" 0.5 \"texture alpha\" \"t\"", "\"texture alpha\" \"t\" \"float alpha\" 0.5"] {
+        let text = format!("WorldBegin Texture \"t\" \"float\" \"constant\" Shape \"a\" {text}");
+        let alpha = scene(&text).shapes[0].entity.params.get("alpha").expect("it is there").value.clone();
+        assert_eq!(alpha, ParamValue::Texture("t".to_owned()));
+        let said = warnings(&text);
+        assert!(said.len() == 1 && said[0].contains("given twice"), "{said:?}");
+    }
 }
