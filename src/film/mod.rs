@@ -7,6 +7,7 @@ pub mod accumulate;
 pub mod exr;
 pub mod filter;
 pub mod gbuffer;
+mod gif;
 pub mod image;
 pub mod merge;
 pub mod pfm;

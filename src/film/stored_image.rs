@@ -201,7 +201,8 @@ pub fn read_header(path: &Path) -> Result<ImageHeader, ImageError> {
         let Some(first) = meta.headers.first() else { return Err(fail(&"the file holds no image")) };
         // Four channels at most are used, of floats at most.
         let channels = &first.channels.list;
-        let is_grey = !channels.iter().any(|channel| channel.name.eq("R"));
+        // As `from_exr` takes them.
+        let is_grey = !["R", "G", "B"].iter().all(|name| channels.iter().any(|channel| channel.name.eq(name)));
         if let Some(space) = first.shared_attributes.chromaticities.filter(|_| !is_grey) {
             let [red, green, blue, white] =
                 [space.red, space.green, space.blue, space.white].map(|xy| [f64::from(xy.x()), f64::from(xy.y())]);
@@ -262,6 +263,9 @@ fn from_others(path: &Path, bytes: Vec<u8>, room: u64) -> Result<StoredImage, Im
     let fail = |e: &dyn std::fmt::Display| ImageError::new(path, e);
     if bytes.starts_with(&[0xff, 0xd8]) && is_cut_short(&bytes) {
         return Err(fail(&"the JPEG file is cut short"));
+    }
+    if bytes.starts_with(b"GIF8") {
+        super::gif::check_first_frame(&bytes).map_err(|e| fail(&e))?;
     }
     let length = bytes.len() as u64;
     let decoder = decoder(path, Cursor::new(bytes), room)?;

@@ -8,7 +8,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::exr::{read_exr_layers, write_exr};
 use super::image::{Encoding, Image, linear_to_srgb, read_image, read_image_bytes, srgb_to_linear, write_png};
 use super::png_rows::PngRows;
-use super::stored_image::{Values, read_stored};
+use super::stored_image::{Values, read_header, read_stored};
 use super::*;
 use crate::math::Rgb;
 use crate::math::sampler::Stream;
@@ -554,4 +554,17 @@ fn moments_of_nothing_are_neutral() {
     one.add(DVec3::ONE);
     moments.merge(&one);
     assert_eq!(moments, one);
+}
+
+#[test]
+fn a_single_channel_is_grey_whatever_it_is_called() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("one.exr");
+    let bounds = PixelBounds::full(2, 1);
+    for (name, values) in [("R", vec![0.25, 0.5]), ("Y", vec![0.25, 0.5]), ("height", vec![0.25, 0.5])] {
+        let channels = vec![(name.to_owned(), values)];
+        write_exr(&path, &ChannelImage { bounds, display: bounds, channels, attributes: vec![] }).expect("written");
+        let stored = read_stored(&path).expect("it is read");
+        assert!(stored.channels == 1 && read_header(&path).expect("it is read").is_grey, "{name}");
+    }
 }

@@ -81,6 +81,7 @@ impl ImageMap {
         let Some(view) = self.image.view() else { return 1.0 };
         let texel = self.filtered(&view, &self.mapping.across(point));
         let value = match (view.channels, texel) {
+            (1, [grey, ..]) => grey,
             // As in pbrt-v4, also with alpha. That of colours is taken as it is, not decoded as in pbrt-v4: edges are meant so.
             (_, [grey, ..]) if self.image.is_grey() => grey,
             (3, [r, g, b, _]) => (r + g + b) / 3.0,

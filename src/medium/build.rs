@@ -144,6 +144,13 @@ fn factor(params: &ParamSet, name: &str, default: f32) -> Result<f32> {
     if value.is_finite() && value >= 0.0 { Ok(value) } else { Err(wrong(params, name, "must not be negative")) }
 }
 
+/// A factor of emission: one that leaves finite what it is applied to.
+fn emission_factor(params: &ParamSet, name: &str) -> Result<f32> {
+    const MOST: f32 = 1e30;
+    let value = factor(params, name, 1.0)?;
+    if value <= MOST { Ok(value) } else { Err(wrong(params, name, "must be at most 1e30")) }
+}
+
 /// What is taken from temperatures: `temperatureoffset`, or by its older name `temperaturecutoff`.
 fn temperature_offset(params: &ParamSet, warnings: &mut Warnings) -> Result<f32> {
     let older = params.float("temperaturecutoff", 0.0)?;

@@ -114,10 +114,13 @@ impl Identity {
     }
 }
 
+/// Goes up with each change of what the same scene and options come to: what an older build kept is not gone on from.
+const RESULTS: u32 = 2;
+
 /// What renders.
 fn program(settings: &RenderSettings) -> (String, String) {
     let backend = settings.backend.unwrap_or(Backend::DEFAULT).label();
-    ("the program".to_owned(), format!("lanternfish {} with {backend}", env!("CARGO_PKG_VERSION")))
+    ("the program".to_owned(), format!("lanternfish {}, results {RESULTS}, with {backend}", env!("CARGO_PKG_VERSION")))
 }
 
 /// The settings without what changes no bit of the image: where it goes, who watches, on how many threads and in how much memory.

@@ -39,7 +39,10 @@ fn unused(kind: &str, list: &[(&str, Span)], warnings: &mut Warnings) {
         warnings.add(Some(span), format!("{kind} \"{first}\" is not used"));
         return;
     }
-    let named = list.iter().take(MOST_NAMED).map(|(name, span)| format!("\"{name}\" (line {})", span.line));
+    let named = list.iter().take(MOST_NAMED).map(|(name, at)| match at.file == span.file {
+        true => format!("\"{name}\" (line {})", at.line),
+        false => format!("\"{name}\""),
+    });
     let others = list.len().saturating_sub(MOST_NAMED);
     let others = if others > 0 { format!(" and {others} more") } else { String::new() };
     let message = format!("{} {kind}s are not used: {}{others}", list.len(), named.collect::<Vec<_>>().join(", "));

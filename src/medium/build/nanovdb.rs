@@ -5,7 +5,7 @@
 
 use glam::DAffine3;
 
-use super::{Result, anisotropy, coefficient, factor, report_bad, temperature_offset, wrong};
+use super::{Result, anisotropy, coefficient, emission_factor, factor, report_bad, temperature_offset, wrong};
 use crate::math::Rgb;
 use crate::medium::Medium;
 use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape};
@@ -57,10 +57,10 @@ impl Source<'_> {
 /// What emission is multiplied by: `Lescale`, or by its older name `LeScale`.
 fn emission_scale(params: &ParamSet, warnings: &mut Warnings) -> Result<f32> {
     if !params.has("Lescale") {
-        return factor(params, "LeScale", 1.0);
+        return emission_factor(params, "LeScale");
     }
     params.warn_ignored("LeScale", "\"Lescale\" is given too", warnings);
-    factor(params, "Lescale", 1.0)
+    emission_factor(params, "Lescale")
 }
 
 /// Builds the medium.

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::{Result, anisotropy, coefficient, factor, radiance, report_bad, temperature_offset, wrong};
+use super::{
+    Result, anisotropy, coefficient, emission_factor, factor, radiance, report_bad, temperature_offset, wrong,
+};
 use crate::math::Rgb;
 use crate::medium::Medium;
 use crate::medium::grid::emission::{BlackbodyScale, BlackbodyTable, Emission, EmissionShape, PHOTOMETRIC};
@@ -115,7 +117,9 @@ pub fn uniform_grid(
     let le = radiance(params, "Le")?;
     // One value is a factor, as many as there are cells are a grid.
     let (le_scale, le_grid) = match params.get("Lescale").map(|p| &p.value) {
-        Some(ParamValue::Float(v)) if v.len() == 1 && lattice.count() != 1 => (factor(params, "Lescale", 1.0)?, None),
+        Some(ParamValue::Float(v)) if v.len() == 1 && lattice.count() != 1 => {
+            (emission_factor(params, "Lescale")?, None)
+        }
         _ => (1.0, lattice.scalars(params, "Lescale")?),
     };
     let le_grid = match le_grid {
@@ -196,7 +200,7 @@ pub fn rgb_grid(
     });
     let mut emission = emission;
     if let Some(emission) = &mut emission {
-        emission.radiance = Rgb::splat(factor(params, "Lescale", 1.0)? * PHOTOMETRIC);
+        emission.radiance = Rgb::splat(emission_factor(params, "Lescale")? * PHOTOMETRIC);
         if let EmissionShape::Grid(field) = &emission.shape {
             report_bad(params, "\"Le\"", field.grid.bad_voxels(), strict, warnings)?;
         }

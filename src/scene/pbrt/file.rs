@@ -85,7 +85,7 @@ pub fn read_bytes(path: &Path, source: Source) -> Result<Vec<u8>> {
 pub enum Text {
     /// UTF-8, but for comments perhaps.
     Utf8(String),
-    /// Taken for Latin-1 (ISO 8859-1), in which every byte is a character.
+    /// What is not UTF-8 of it is taken for Latin-1 (ISO 8859-1), in which every byte is a character.
     Latin1(String, [u32; 2]),
     /// No text. What it holds, with replacements, so that the caller can register the file before it reports the place.
     Binary(String, [u32; 2]),
@@ -125,7 +125,14 @@ fn other_text(bytes: &[u8]) -> Text {
     let place = [line + 1, last.len() + 1].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     match bytes.contains(&0) {
         true => Text::Binary(lossy(), place),
-        false => Text::Latin1(bytes.iter().map(|&byte| char::from(byte)).collect(), place),
+        false => {
+            let mut text = String::with_capacity(bytes.len() + bytes.len() / 8);
+            for chunk in bytes.utf8_chunks() {
+                text.push_str(chunk.valid());
+                text.extend(chunk.invalid().iter().map(|&byte| char::from(byte)));
+            }
+            Text::Latin1(text, place)
+        }
     }
 }
 

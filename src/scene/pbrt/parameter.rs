@@ -92,7 +92,7 @@ pub fn parse_one(
         );
     };
     if words.next().is_some() {
-        let what = format!("expected \"type name\", found \"{declaration}\"");
+        let what = format!("expected \"type name\", found {}", shown(declaration));
         warnings.add_fault(span, what, "the words after these two are ignored");
     }
     let value = match type_name {

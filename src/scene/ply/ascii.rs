@@ -82,6 +82,9 @@ fn number<T: FromStr>(rest: &mut &[u8]) -> Result<T, String> {
     let after = &rest[blank..];
     let length = after.iter().take(LONGEST_WORD).take_while(|byte| !byte.is_ascii_whitespace()).count();
     let (word, left) = after.split_at(length);
+    if left.first().is_some_and(|byte| !byte.is_ascii_whitespace()) {
+        return Err(format!("a word has more than {LONGEST_WORD} characters"));
+    }
     *rest = left;
     if word.is_empty() {
         return Err("the file ends".to_owned());

@@ -5,19 +5,32 @@ use glam::{DVec2, DVec3};
 /// The most corners of faces that this is for: the time grows faster than their number.
 pub(super) const MOST_CORNERS: usize = 64;
 
-/// How far corners of a flat face may lie off its plane, and how little a corner may turn, relative to the face's size.
+/// How far corners of a flat face may lie off its plane, relative to the face's size.
 const TOLERANCE: f64 = 1e-3;
 
-/// The triangles of a flat, concave face, as places in `corners`; `None` for all other faces, and where it crosses itself.
-pub(super) fn ears(corners: &[[f32; 3]]) -> Option<Vec<[usize; 3]>> {
+/// The sine of the angle by which a corner of a concave face turns the other way.
+const LEAST_TURN: f64 = 1e-4;
+
+/// How many triangles and corners of a file may be compared, about: half a second.
+pub(super) const MOST_WORK: usize = 100_000_000;
+
+/// The triangles of a flat, concave face, as places in `corners`; `None` for all other faces, where it crosses itself, and where the `work` that is left is not
+/// enough.
+pub(super) fn ears(corners: &[[f32; 3]], work: &mut usize) -> Option<Vec<[usize; 3]>> {
     let flat = flattened(corners)?;
     let size = flat.iter().fold(0.0f64, |size, p| size.max(p.length()));
     let small = TOLERANCE * size * size;
     let turn = |a: usize, b: usize, c: usize| (flat[b] - flat[a]).perp_dot(flat[c] - flat[b]);
     let n = flat.len();
-    if (0..n).all(|i| turn((i + n - 1) % n, i, (i + 1) % n) >= -small) {
+    let is_convex = |i: usize| {
+        let (a, c) = ((i + n - 1) % n, (i + 1) % n);
+        turn(a, i, c) >= -LEAST_TURN * flat[i].distance(flat[a]) * flat[i].distance(flat[c])
+    };
+    if (0..n).all(is_convex) {
         return None;
     }
+    // An eighth of all triples at worst, as spirals have it.
+    *work = work.checked_sub(n * n * n / 8)?;
     let is_empty = |[a, b, c]: [usize; 3], rest: &[usize]| {
         let corners = [flat[a], flat[b], flat[c]];
         let is_within = |p: DVec2| (0..3).all(|i| (corners[(i + 1) % 3] - corners[i]).perp_dot(p - corners[i]) >= 0.0);
@@ -95,7 +108,7 @@ mod tests {
                     if is_turned {
                         corners.reverse();
                     }
-                    let triangles = ears(&corners).expect("it is concave");
+                    let triangles = ears(&corners, &mut MOST_WORK.clone()).expect("it is concave");
                     let areas: Vec<f64> = triangles
                         .iter()
                         .map(|t| if is_turned { -area(&corners, *t) } else { area(&corners, *t) })
@@ -108,10 +121,22 @@ mod tests {
     }
 
     #[test]
+    fn small_notches_stay_open_while_there_is_work_left() {
+        let notched =
+            [[0.0, 0.0], [0.4, 0.0], [0.4, 0.02], [0.42, 0.02], [0.42, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let corners = notched.map(|[x, y]| [x, y, 0.0]);
+        let triangles = ears(&corners, &mut MOST_WORK.clone()).expect("it is concave");
+        let whole: f64 = triangles.iter().map(|t| area(&corners, *t)).sum();
+        assert!((whole - (1.0 - 0.02 * 0.02)).abs() < 1e-6, "{whole}");
+        assert!(ears(&corners, &mut 63).is_none());
+    }
+
+    #[test]
     fn other_faces_are_left_to_a_fan() {
         let pentagon: Vec<[f32; 3]> =
             (0..5).map(|i| [(1.2566 * i as f32).cos(), (1.2566 * i as f32).sin(), 1.0]).collect();
         let mut bent = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 1.0], [1.0, 1.0, 0.0], [1.0, 2.0, 0.0]];
+        let ears = |corners: &[[f32; 3]]| ears(corners, &mut MOST_WORK.clone());
         assert!(ears(&pentagon).is_none() && ears(&bent).is_none());
         bent.iter_mut().for_each(|p| *p = [1.0; 3]);
         assert!(ears(&bent).is_none());

@@ -2,7 +2,7 @@
 //! corners; here those of more are cut into triangles.
 
 use super::PlyMesh;
-use super::ears::{MOST_CORNERS, ears};
+use super::ears::{MOST_CORNERS, MOST_WORK, ears};
 
 /// Something that was left out of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,14 +67,14 @@ impl PlyMesh {
             self.triangles.retain(|face| is_good(face));
             self.quads.retain(|face| is_good(face));
         }
-        let mut faces = self.triangles.len();
+        let (mut faces, mut work) = (self.triangles.len(), MOST_WORK);
         // A face may be joined around holes, where it comes by a vertex twice. One that comes by all of them more often is made to fill the memory.
         let is_sound = |face: &[u32]| face.len() <= 2 * self.positions.len();
         let unsound = polygons.faces().filter(|face| is_good(face) && !is_sound(face)).count();
         for face in polygons.faces().filter(|face| is_good(face) && is_sound(face)) {
             let cut = (face.len() <= MOST_CORNERS).then(|| {
                 let corners: Vec<[f32; 3]> = face.iter().map(|&i| self.positions[i as usize]).collect();
-                ears(&corners)
+                ears(&corners, &mut work)
             });
             match cut.flatten() {
                 Some(cut) => self.triangles.extend(cut.into_iter().map(|triangle| triangle.map(|i| face[i]))),

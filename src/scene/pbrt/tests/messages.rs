@@ -11,7 +11,7 @@ fn warnings_name_what_happens() {
         ("WorldBegin Shape \"a\" \"float r\" 1 \"float r\" 2", "given twice"),
         (
             "WorldBegin Shape \"a\" \"float r metres\" 1",
-            "found \"float r metres\": the words after these two are ignored",
+            "found `float r metres`: the words after these two are ignored",
         ),
         ("WorldBegin Shape \"a\" \"float r\" -1e40", "`-1e40` is too large or not finite: -3.4028235e38 is taken"),
         ("WorldBegin Transform [1 0 0 0.5 0 1 0 0 0 0 1 0 0 0 0 1]", "is 0.5 0 0 1: a perspective: 0 0 0 1 is taken"),
