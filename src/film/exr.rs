@@ -144,17 +144,18 @@ fn read_exr_from(path: &Path, mut source: impl Read + Seek + Send, length: u64) 
     let meta = MetaData::read_from_buffered(&mut source, false).map_err(|e| refuse(path, e.to_string()))?;
     source.rewind().map_err(|e| refuse(path, e.to_string()))?;
     let mut values = 0usize;
+    // Those of the largest block: the library makes room for as many as a block says that it has, whether or not they are there.
+    let mut in_block = 0usize;
     for header in &meta.headers {
+        let (channels, block) = (header.channels.list.len(), header.max_block_pixel_size());
         let pixels = header.layer_size.width().saturating_mul(header.layer_size.height());
-        values = values.saturating_add(pixels.saturating_mul(header.channels.list.len()));
+        values = values.saturating_add(pixels.saturating_mul(channels));
+        in_block = in_block.max(block.width().saturating_mul(block.height()).saturating_mul(channels));
         if pixels > MAX_PIXELS || values > MAX_VALUES {
-            return Err(refuse(
-                path,
-                format!("{pixels} pixels in {} channels are too many", header.channels.list.len()),
-            ));
+            return Err(refuse(path, format!("{pixels} pixels in {channels} channels are too many")));
         }
     }
-    check_expansion(values, length).map_err(|reason| refuse(path, reason))?;
+    check_expansion(values.max(in_block), length).map_err(|reason| refuse(path, reason))?;
     // Once as the library decodes them and once as floats.
     let needed = values as u64 * 8;
     if available().is_some_and(|left| needed > left) {

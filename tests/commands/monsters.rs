@@ -163,6 +163,20 @@ fn png(width: u32, height: u32, bits: u8, colour: u8, rows: u32) -> Vec<u8> {
 
 /// The beginning of an OpenEXR file of one part with `channels` channels of half precision, and nothing behind it.
 fn exr(width: i32, height: i32, channels: usize) -> Vec<u8> {
+    exr_header(width, height, channels, 3)
+}
+
+/// An OpenEXR file of one row in three channels, in blocks of 32 rows (B44), the first of which says that it has so many bytes.
+fn exr_block(width: i32, bytes: i32) -> Vec<u8> {
+    let mut file = exr_header(width, 1, 3, 6);
+    let first = file.len() as u64 + 8;
+    file.extend(first.to_le_bytes());
+    file.extend([0, bytes].iter().flat_map(|x: &i32| x.to_le_bytes()));
+    file
+}
+
+/// `compression` as the format numbers them.
+fn exr_header(width: i32, height: i32, channels: usize, compression: u8) -> Vec<u8> {
     let mut file = vec![0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
     let mut attribute = |name: &str, kind: &str, value: &[u8]| {
         for text in [name, kind] {
@@ -180,7 +194,7 @@ fn exr(width: i32, height: i32, channels: usize) -> Vec<u8> {
     list.push(0);
     let window: Vec<u8> = [0, 0, width - 1, height - 1].iter().flat_map(|x: &i32| x.to_le_bytes()).collect();
     attribute("channels", "chlist", &list);
-    attribute("compression", "compression", &[3]);
+    attribute("compression", "compression", &[compression]);
     attribute("dataWindow", "box2i", &window);
     attribute("displayWindow", "box2i", &window);
     attribute("lineOrder", "lineOrder", &[0]);
@@ -215,6 +229,7 @@ fn pictures() {
         ("an OpenEXR of 60,000 × 60,000", "a.exr", exr(60_000, 60_000, 3)),
         ("an OpenEXR of 16,000 × 16,000", "b.exr", exr(16_000, 16_000, 3)),
         ("an OpenEXR of 1,000 × 1,000, 2000 channels", "c.exr", exr(1000, 1000, 2000)),
+        ("an OpenEXR of 5,500,000 × 1, a block of 1 GB", "d.exr", exr_block(5_500_000, 1_050_000_000)),
         ("a PFM of 60,000 × 60,000", "a.pfm", b"PF\n60000 60000\n-1\n".to_vec()),
         ("a TGA of 60,000 × 60,000", "a.tga", tga),
         ("an HDR of 60,000 × 60,000", "a.hdr", hdr),
