@@ -45,7 +45,7 @@ const COLUMNS: [Variant; 7] = [
 ];
 
 /// The defaults with one thing said. Where that is the default already, it shows how far equal things come out unequal.
-const ABLATIONS: [Variant; 14] = [
+const ABLATIONS: [Variant; 15] = [
     variant("visibility off", &["--lights", "cache-points", "--cache-visibility", "off"]),
     variant("visibility threshold", &["--lights", "cache-points", "--cache-visibility", "threshold"]),
     variant("visibility root", &["--lights", "cache-points", "--cache-visibility", "root"]),
@@ -53,6 +53,7 @@ const ABLATIONS: [Variant; 14] = [
     variant("gathering lists", &["--lights", "cache-points", "--cache-gathering", "lists"]),
     variant("no normals", &["--lights", "cache-points", "--cache-no-normals"]),
     variant("no alike", &["--lights", "cache-points", "--cache-no-alike"]),
+    variant("no near clusters", &["--lights", "cache-points", "--cache-no-near-clusters"]),
     variant("1 candidate", &["--lights", "cache-points", "--light-candidates", "1"]),
     variant("4 candidates", &["--lights", "cache-points", "--light-candidates", "4"]),
     variant("32 entries", &["--lights", "cache-points", "--cache-entries", "32"]),

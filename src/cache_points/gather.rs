@@ -25,8 +25,8 @@ pub const FEWEST: usize = 4;
 pub const MOST: usize = 256;
 /// A finite light is near within this many radii (the paper's D).
 pub const NEAR_RADII: f32 = 4.0;
-/// Near lights at most: they are evaluated at every vertex. The strongest are; the others count as far.
-pub const MOST_NEAR: usize = 64;
+/// Near lights and clusters at most: they are evaluated at every vertex. The strongest are; the others count as far.
+pub const MOST_NEAR: usize = 128;
 
 /// How far lights are gathered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
@@ -46,6 +46,15 @@ pub struct Site {
     pub p: Vec3,
     /// How far around it what is gathered will be used.
     pub radius: f32,
+}
+
+/// How much is gathered at a place.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Entries at most, where there are fewer lights at infinity than that.
+    pub most: usize,
+    /// Whether clusters may be near ([`CacheSettings::near_clusters`](super::CacheSettings)).
+    pub near_clusters: bool,
 }
 
 /// What was gathered.
@@ -92,18 +101,18 @@ impl Ord for Waiting {
     }
 }
 
-/// Goes down the hierarchy at `place`, by what arrives without occlusion; at most `most` entries.
-pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Site, most: usize) -> Gathered {
+/// Goes down the hierarchy at `place`, by what arrives without occlusion.
+pub fn by_hierarchy(hierarchy: &Hierarchy, lights: &Lights, place: Site, extent: Extent) -> Gathered {
     let receiver = Receiver::medium(place.p);
-    gather(hierarchy, lights, place, most, |cluster| hierarchy.energy(lights, cluster, &receiver))
+    gather(hierarchy, lights, place, extent, |cluster| hierarchy.energy(lights, cluster, &receiver))
 }
 
-/// Goes down the hierarchy at `place`, by the `energy` of clusters; at most `most` entries where there are fewer lights at infinity than that.
+/// Goes down the hierarchy at `place`, by the `energy` of clusters.
 pub fn gather(
     hierarchy: &Hierarchy,
     lights: &Lights,
     place: Site,
-    most: usize,
+    Extent { most, near_clusters }: Extent,
     energy: impl Fn(&Cluster) -> f32,
 ) -> Gathered {
     let mut waiting: BinaryHeap<Waiting> = BinaryHeap::new();
@@ -136,8 +145,11 @@ pub fn gather(
         waiting.pop();
         open.extend(children);
     }
-    let near = found.iter().filter(|(_, light, _)| is_near(lights, *light, place));
-    let near = strongest(near.map(|&(energy, _, cluster)| (energy, cluster)).collect());
+    let near_lights = found.iter().filter(|(_, light, _)| is_near(lights, *light, place));
+    let near_lights = near_lights.map(|&(energy, _, cluster)| (energy, cluster));
+    let is_near = |waiting: &&Waiting| near_clusters && is_near_cluster(hierarchy, lights, &waiting.cluster, place);
+    let near = near_lights.chain(waiting.iter().filter(is_near).map(|waiting| (waiting.energy, waiting.cluster)));
+    let near = strongest(near.collect());
     let found = found.into_iter().map(|(.., cluster)| cluster);
     Gathered::new(&near, found.chain(waiting.into_iter().map(|w| w.cluster)).collect())
 }
@@ -194,7 +206,7 @@ pub fn all_by_lists(
     (0..own.len() as u32).into_par_iter().map(with_neighbours).collect()
 }
 
-/// The strongest near lights, in order.
+/// The strongest near lights and clusters, in order.
 fn strongest(mut near: Vec<(f32, Cluster)>) -> Vec<Cluster> {
     near.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.first.cmp(&b.1.first)));
     near.truncate(MOST_NEAR);
@@ -212,6 +224,12 @@ pub fn sensors(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, p: Vec
             if bin == OMNIDIRECTIONAL { Receiver::medium(p) } else { Receiver::surface(p, PLANE_NORMALS[bin], false) };
         hierarchy.energy(lights, cluster, &receiver)
     })
+}
+
+/// **Ours:** as with lights, what a cluster gives changes too fast around a place if its bounds are as near; the hierarchy tells what it gives at a vertex.
+fn is_near_cluster(hierarchy: &Hierarchy, lights: &Lights, cluster: &Cluster, place: Site) -> bool {
+    let ball = hierarchy.ball(lights, cluster);
+    ball.is_some_and(|(centre, radius)| centre.distance(place.p) - radius <= place.radius * NEAR_RADII)
 }
 
 /// Whether what a light gives changes too fast around a place for one value to stand for it: |x_e − x_p|² ≤ (r_p D)² (the paper's rule),

@@ -4,7 +4,7 @@
 
 use super::blur::share;
 use super::counter::Counter;
-use super::gather::{Site, gather};
+use super::gather::{Extent, Site, gather};
 use super::hierarchy::{Cluster, Hierarchy};
 use super::table::{List, Table, range};
 use crate::light::{Lights, Receiver};
@@ -84,12 +84,12 @@ impl<'a> Known<'a> {
     }
 }
 
-/// The lists of all `places`, whose present ones are in `table`: `most` entries each. They leave no light out, and have no energies yet.
-pub fn refined(hierarchy: &Hierarchy, lights: &Lights, table: &Table, places: &[Site], most: usize) -> Table {
+/// The lists of all `places`, whose present ones are in `table`. They leave no light out, and have no energies yet.
+pub fn refined(hierarchy: &Hierarchy, lights: &Lights, table: &Table, places: &[Site], extent: Extent) -> Table {
     Table::gathered(places.len(), Some(hierarchy.places()), |point| {
         let (known, place) = (Known::new(hierarchy, lights, table, point), places[point as usize]);
         let receiver = Receiver::medium(place.p);
-        let gathered = gather(hierarchy, lights, place, most, |cluster| known.weight(cluster, &receiver));
+        let gathered = gather(hierarchy, lights, place, extent, |cluster| known.weight(cluster, &receiver));
         let counters = gathered.clusters.iter().map(|cluster| known.counter(cluster)).collect();
         (gathered, counters)
     })
@@ -115,8 +115,8 @@ mod tests {
         }
         let hierarchy = Hierarchy::new(&lights, true);
         let place = Site { p: Vec3::new(50.0, 45.0, 40.0), radius: 1.0 };
-        const MOST: usize = 48;
-        let gather = |_| (by_hierarchy(&hierarchy, &lights, place, MOST), vec![]);
+        const EXTENT: Extent = Extent { most: 48, near_clusters: true };
+        let gather = |_| (by_hierarchy(&hierarchy, &lights, place, EXTENT), vec![]);
         let mut table = Table::gathered(1, Some(hierarchy.places()), gather);
         // The share of a cluster's lights that are in the row that arrives.
         let seen = |c: &Cluster| {
@@ -132,7 +132,7 @@ mod tests {
             table.energies.fluence = table.list(0).iter().map(fluence).collect();
             table.visibility = table.list(0).iter().map(|c| seen(&c).sqrt().max(0.03)).collect();
             table.counters = table.list(0).iter().map(|c| Counter::new([100.0, 100.0 * seen(&c)])).collect();
-            table = refined(&hierarchy, &lights, &table, &[place], MOST);
+            table = refined(&hierarchy, &lights, &table, &[place], EXTENT);
         }
         assert!(4 * of_row(&table) > 5 * before, "{before} {}", of_row(&table));
         let all: u32 = table.list(0).iter().map(|c| c.count).sum();

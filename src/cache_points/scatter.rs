@@ -235,7 +235,7 @@ fn lobe(
 
 #[cfg(test)]
 mod tests {
-    use super::super::gather::by_hierarchy;
+    use super::super::gather::{Extent, by_hierarchy};
     use super::super::table::pack;
     use super::*;
     use crate::cache_points::gather::sensors;
@@ -245,7 +245,8 @@ mod tests {
     /// One point far from its lights, with scatter weights for these mean cosines, and all that they stand on.
     fn weights(lights: &Lights, place: Site, phases: &[f32], visibility: f32) -> (ScatterWeights, Hierarchy, Table) {
         let hierarchy = Hierarchy::new(lights, true);
-        let gather = |_| (by_hierarchy(&hierarchy, lights, place, 64), vec![]);
+        let extent = Extent { most: 64, near_clusters: true };
+        let gather = |_| (by_hierarchy(&hierarchy, lights, place, extent), vec![]);
         let mut table = Table::gathered(1, Some(hierarchy.places()), gather);
         table.energies = super::super::table::Energies::new(table.visibility.len());
         table.visibility.fill(visibility);

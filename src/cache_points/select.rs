@@ -1,7 +1,7 @@
 //! Selecting a light at a vertex. Source: Li et al. 2024, section 3.3.
 //!
-//! Every entry of the nearest point's list is weighed: far lights by what the sensors that agree with the normal receive of them, near lights at
-//! the vertex itself. One pass over a short list of numbers side by side is cheaper than the running sums of seven sensors would be to keep.
+//! Every entry of the nearest point's list is weighed: far lights by what the sensors that agree with the normal receive of them, near ones (lights and
+//! clusters) at the vertex itself. One pass over a short list of numbers side by side is cheaper than the running sums of seven sensors would be to keep.
 
 use arrayvec::ArrayVec;
 

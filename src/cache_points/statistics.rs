@@ -19,7 +19,7 @@ pub struct CacheStatistics {
     pub points: usize,
     /// Whether they are those of another render.
     pub are_loaded: bool,
-    /// Near lights a point, on average.
+    /// Near lights and clusters a point, on average.
     pub near_lights: f64,
     /// Far lights and clusters a point, on average.
     pub far_lights: f64,

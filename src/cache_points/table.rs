@@ -215,7 +215,7 @@ impl Table {
         List { entries: &self.entries[range(&self.offsets, point)], end: self.end }
     }
 
-    /// Which entries of `point` are near lights.
+    /// Which entries of `point` are near.
     #[inline]
     pub fn near(&self, point: u32) -> &[u16] {
         &self.near[range(&self.near_offsets, point)]

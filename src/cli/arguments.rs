@@ -121,6 +121,9 @@ pub struct RenderArguments {
     /// Go down to each light of a cluster by its importance, also where those are far away, close together and alike.
     #[arg(long, help_heading = "Cache points")]
     pub cache_no_alike: bool,
+    /// Evaluate only single lights at a vertex where they are near, and clusters of lights nowhere.
+    #[arg(long, help_heading = "Cache points")]
+    pub cache_no_near_clusters: bool,
     /// Give narrow beams no cache points of their own.
     #[arg(long, help_heading = "Cache points")]
     pub cache_no_beams: bool,
@@ -376,6 +379,7 @@ impl RenderArguments {
                 rehearse: !self.cache_no_rehearsal,
                 normals: !self.cache_no_normals,
                 alike: !self.cache_no_alike,
+                near_clusters: !self.cache_no_near_clusters,
                 beams: !self.cache_no_beams,
                 candidates: self.cache_candidates,
                 entries: self.cache_entries,

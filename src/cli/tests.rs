@@ -48,7 +48,7 @@ fn flags_become_settings() {
 
 #[test]
 fn options_of_a_selector_that_was_not_asked_for_are_named() {
-    let all = "--splitting 0.5 --cache-visibility off --cache-gathering lists --cache-no-refining --cache-no-rehearsal --cache-no-normals --cache-no-alike --cache-no-beams \
+    let all = "--splitting 0.5 --cache-visibility off --cache-gathering lists --cache-no-refining --cache-no-rehearsal --cache-no-normals --cache-no-alike --cache-no-near-clusters --cache-no-beams \
                --cache-entries 8 --cache-candidates 99";
     let ignored = |flags: &str| {
         let mut warnings = Warnings::default();
@@ -69,6 +69,7 @@ fn options_of_a_selector_that_was_not_asked_for_are_named() {
             "no-rehearsal",
             "no-normals",
             "no-alike",
+            "no-near-clusters",
             "no-beams",
             "entries",
             "candidates",

@@ -234,8 +234,18 @@ impl RenderSettings {
         let draws =
             matches!(self.volume_sampling, VolumeSampling::InScatter | VolumeSampling::Both | VolumeSampling::Paths);
         if !draws && !matches!(self.lights, LightSelection::Auto | LightSelection::CachePoints) {
-            let CacheSettings { gathering, visibility, refine, rehearse, normals, alike, beams, candidates, entries } =
-                self.cache;
+            let CacheSettings {
+                gathering,
+                visibility,
+                refine,
+                rehearse,
+                normals,
+                alike,
+                near_clusters,
+                beams,
+                candidates,
+                entries,
+            } = self.cache;
             let default = CacheSettings::default();
             for (option, differs) in [
                 ("--cache-visibility", visibility != default.visibility),
@@ -244,6 +254,7 @@ impl RenderSettings {
                 ("--cache-no-rehearsal", rehearse != default.rehearse),
                 ("--cache-no-normals", normals != default.normals),
                 ("--cache-no-alike", alike != default.alike),
+                ("--cache-no-near-clusters", near_clusters != default.near_clusters),
                 ("--cache-no-beams", beams != default.beams),
                 ("--cache-entries", entries != default.entries),
                 ("--cache-candidates", candidates != default.candidates),
