@@ -120,6 +120,33 @@ fn probabilities_add_up_to_1() {
     }
 }
 
+/// The second moment of one choice's estimate of all that arrives at some vertices, in squares of that.
+fn second_moment(cache: &CachePoints, lights: &Lights) -> f64 {
+    let mut scratch = CacheScratch::default();
+    let mut moments = vec![];
+    for receiver in receivers(200, 3) {
+        scratch.begin_path();
+        cache.prepare(lights, &receiver, &mut scratch);
+        let given = |id| f64::from(lights.contribution(id, &receiver));
+        let square = |id| given(id).powi(2) / f64::from(cache.pmf(lights, id, &scratch)).max(1e-12);
+        let all: f64 = lights.ids().map(given).sum();
+        moments.push(lights.ids().map(square).sum::<f64>() / (all * all));
+    }
+    moments.iter().sum::<f64>() / moments.len() as f64
+}
+
+#[test]
+fn clusters_all_around_are_judged_at_the_vertex() {
+    let lights = lights(3000, 4);
+    let moment = |near_clusters| {
+        let settings = CacheSettings { near_clusters, visibility: VisibilityRule::Off, ..Default::default() };
+        second_moment(&build(&lights, settings), &lights)
+    };
+    let [with, without] = [true, false].map(moment);
+    // 1 is the least there is.
+    assert!(with >= 0.999 && with - 1.0 < 0.7 * (without - 1.0), "{with} {without}");
+}
+
 #[test]
 fn lights_are_chosen_as_often_as_their_probability_says() {
     for (k, (gathering, visibility)) in ALL.into_iter().enumerate() {
