@@ -5,7 +5,7 @@
 
 use arrayvec::ArrayVec;
 
-use crate::light::tree::{LightTree, MOST_IN_LEAF, Parts, Way};
+use crate::light::tree::{LANES, LightTree, MOST_IN_LEAF, Parts, Way, importances};
 use crate::light::{LightId, LightRef, Lights, Receiver};
 
 pub use crate::light::tree::Cluster;
@@ -127,6 +127,12 @@ impl Hierarchy {
             (None, Some(tree)) => tree.node(cluster.node).importance(receiver),
             (None, None) => 0.0,
         }
+    }
+
+    /// What `receiver` gets of each of the clusters of several lights at these nodes, of none where there is no tree.
+    #[inline]
+    pub fn energies(&self, nodes: [u32; LANES], receiver: &Receiver) -> [f32; LANES] {
+        self.tree.as_ref().map_or([0.0; LANES], |tree| importances(nodes.map(|node| tree.node(node)), receiver))
     }
 
     /// A measure of the strength of a cluster, for sharing out among its parts.

@@ -81,8 +81,8 @@ pub struct CacheSettings {
     /// Whether ways to the lights of a cluster end where those are alike ([`crate::light::tree`]).
     pub alike: bool,
     /// Whether clusters of lights that are near are evaluated at the vertex, as near lights are. It makes the RMSE at 8 spp 0.83 times as large in
-    /// `foliage` with 38,720 lights (160 × 90 pixels, three seeds, nothing learned), at 16 spp 0.98 in `rooms`, 1.00 in `house` and 0.93 in `foliage` with 3,000
-    /// (four seeds); a render takes up to 1.07 times as long.
+    /// `foliage` with 38,720 lights (160 × 90 pixels, three seeds; 0.86 times where nothing is learned), at 16 spp 0.98 in `rooms`, 0.99 in `house` and 0.94 in `foliage`
+    /// with 3,000 (four seeds); processor times are 0.97 to 1.01 times as long.
     pub near_clusters: bool,
     /// Whether beams get candidates.
     pub beams: bool,

@@ -9,7 +9,7 @@ use super::CachePoints;
 use super::linked::Named;
 use super::scatter::ScatterWeights;
 use super::table::{List, range};
-use crate::light::tree::Way;
+use crate::light::tree::{LANES, Way};
 use crate::light::{LightId, Lights, LinkSet, Receiver};
 
 /// The share of choices made among all lights alike: what no list holds must stay reachable.
@@ -141,10 +141,30 @@ impl CachePoints {
                 }
             }
         }
-        let list = self.table.list(point);
-        for &k in self.table.near(point) {
+        self.weigh_near(lights, point, receiver, weights);
+    }
+
+    /// The weights of near entries of `point`: of lights one by one, of clusters several at once.
+    #[inline]
+    fn weigh_near(&self, lights: &Lights, point: u32, receiver: &Receiver, weights: &mut [f32]) {
+        let (list, near) = (self.table.list(point), self.table.near(point));
+        let visibility = &self.table.visibility[range(&self.table.offsets, point)];
+        let mut clusters: ArrayVec<(usize, u32), LANES> = ArrayVec::new();
+        for (i, &k) in near.iter().enumerate() {
             let k = usize::from(k);
-            weights[k] = self.hierarchy.energy(lights, &list.get(k), receiver) * visibility[k];
+            let cluster = list.get(k);
+            if cluster.count > 1 {
+                clusters.push((k, cluster.node));
+            } else {
+                weights[k] = self.hierarchy.energy(lights, &cluster, receiver) * visibility[k];
+            }
+            if clusters.is_full() || (i + 1 == near.len() && !clusters.is_empty()) {
+                // Where fewer are left, the last one stands in for the rest.
+                let last = clusters.len() - 1;
+                let energies =
+                    self.hierarchy.energies(std::array::from_fn(|lane| clusters[lane.min(last)].1), receiver);
+                clusters.drain(..).zip(energies).for_each(|((k, _), energy)| weights[k] = energy * visibility[k]);
+            }
         }
     }
 

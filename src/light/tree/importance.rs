@@ -16,6 +16,44 @@ const MAX_IMPORTANCE: f32 = f32::MAX / 4.0;
 /// What a cosine may be off by rounding.
 const SLACK: f32 = 1e-6;
 
+/// So many nodes are judged side by side.
+pub const LANES: usize = 8;
+
+/// [`Node::importance`] of several nodes at once: where all face all ways there is no branch, and the processor takes several in one step.
+#[inline]
+pub fn importances(nodes: [&Node; LANES], receiver: &Receiver) -> [f32; LANES] {
+    if !nodes.iter().all(|node| node.faces_all_ways()) {
+        return nodes.map(|node| node.importance(receiver));
+    }
+    let (normal, is_surface, two_sided) = match *receiver {
+        Receiver::Medium { .. } => (Vec3::ZERO, false, false),
+        Receiver::Surface { ns, two_sided, .. } => (ns, true, two_sided),
+    };
+    let p = receiver.p();
+    let [x, y, z] = [0, 1, 2].map(|axis| nodes.map(|node| node.centre[axis] - p[axis]));
+    let (radius, energy) = (nodes.map(|node| node.radius), nodes.map(|node| node.energy));
+    let means = nodes.map(|node| node.mean_cosines(receiver));
+    let mut importances = [0.0; LANES];
+    for i in 0..LANES {
+        let square = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+        let radius_squared = radius[i] * radius[i];
+        let outer = larger(larger(square, radius_squared), f32::MIN_POSITIVE);
+        let outside = square - radius_squared * (1.0 / 3.0);
+        let inside = (square + radius_squared) * (1.0 / 3.0);
+        let near = larger(if square > radius_squared { outside } else { inside }, f32::MIN_POSITIVE);
+        let sin_squared = radius_squared / outer;
+        let cos = (normal.x * x[i] + normal.y * y[i] + normal.z * z[i]) * (1.0 / outer.sqrt());
+        let cos = if two_sided { cos.abs() } else { cos };
+        let facing = larger(cos_less(cos, larger(1.0 - sin_squared, 0.0).sqrt()) + SLACK, 0.0);
+        let largest = if is_surface { facing } else { 1.0 };
+        let around = if largest > 0.0 { largest + sin_squared * (means[i] - largest) } else { 0.0 };
+        let cosines = if square <= radius_squared * INSIDE { means[i] } else { around };
+        let importance = larger(energy[i] / near * cosines, f32::MIN_POSITIVE).min(MAX_IMPORTANCE);
+        importances[i] = if cosines > 0.0 { importance } else { 0.0 };
+    }
+    importances
+}
+
 impl Node {
     /// The importance of the lights below for `receiver`: 0 only where none of them can contribute.
     #[inline(always)]
@@ -87,5 +125,53 @@ impl Node {
         let radius_squared = self.radius * self.radius;
         // No extent where there is no radius, also at the very spot.
         if radius_squared > 0.0 { radius_squared / larger(square, f32::MIN_POSITIVE) } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::tree::LightBounds;
+    use crate::math::sampler::Stream;
+    use crate::math::warp::uniform_sphere;
+
+    /// All face all ways, or some do not.
+    fn nodes(stream: &mut Stream, all_ways: bool) -> [Node; LANES] {
+        std::array::from_fn(|lane| {
+            let mut next = || stream.next_f32();
+            let low = Vec3::from([(); 3].map(|()| 8.0 * next() - 4.0));
+            // A point among them, and large ones, which a receiver may lie in.
+            let size = if lane == 0 { 0.0 } else { 5.0 * next() * next() };
+            let mut bounds = LightBounds::of_point(low, 10.0 * next());
+            bounds.high = low + Vec3::splat(size);
+            bounds.radius = 0.5 * size * 3f32.sqrt();
+            bounds.lambertian = lane % 2 == 0;
+            bounds.two_sided = lane % 3 == 0;
+            if !all_ways && lane > 4 {
+                (bounds.axis, bounds.cos_normals) = (uniform_sphere([next(), next()]), next());
+            }
+            Node::new(&bounds, false, 0)
+        })
+    }
+
+    #[test]
+    fn several_nodes_are_judged_as_each_by_itself() {
+        let mut stream = Stream::from_seed(5);
+        for i in 0..3000 {
+            let nodes = nodes(&mut stream, i % 4 > 0);
+            let mut next = || stream.next_f32();
+            let p = Vec3::from([(); 3].map(|()| 12.0 * next() - 6.0));
+            // At the very spot of a light, too.
+            let p = if i % 10 == 0 { nodes[0].centre } else { p };
+            let ns = uniform_sphere([next(), next()]);
+            for receiver in [Receiver::medium(p), Receiver::surface(p, ns, false), Receiver::surface(p, ns, true)] {
+                let found = importances(nodes.each_ref(), &receiver);
+                for (node, found) in nodes.iter().zip(found) {
+                    let alone = node.importance(&receiver);
+                    assert!((found - alone).abs() <= 1e-4 * alone.max(1e-3), "{found} {alone} {node:?} {receiver:?}");
+                    assert_eq!(found > 0.0, alone > 0.0, "{node:?} {receiver:?}");
+                }
+            }
+        }
     }
 }

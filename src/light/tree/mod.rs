@@ -28,6 +28,7 @@ use super::{LightId, Lights, Receiver};
 
 pub use bounds::LightBounds;
 pub use cut::Cut;
+pub use importance::{LANES, importances};
 pub use sample::Way;
 
 /// Lights in a leaf at most. Asking each of them costs as much as the two levels that they replace and knows more. With 8, cache points come
