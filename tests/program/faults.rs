@@ -6,6 +6,9 @@ use std::time::Duration;
 use super::tally::{self, Tally};
 use super::{Folder, HEAD};
 
+/// Processor time that a run may take, in seconds, where nothing else is said.
+const SECONDS: u32 = 2;
+
 /// What a run may have in memory, in bytes.
 const MOST_MEMORY: u64 = 1 << 30;
 
@@ -44,12 +47,19 @@ impl Drop for Faults {
 impl Faults {
     /// Renders `scene.pbrt` of the folder and checks what must hold of every run.
     pub fn render(&mut self, folder: &Folder, what: &str, fate: Fate) {
-        self.render_within(folder, what, fate, 2);
+        self.render_within(folder, what, fate, SECONDS);
     }
 
     /// The same with its own limit of processor time, in seconds.
     pub fn render_within(&mut self, folder: &Folder, what: &str, fate: Fate, seconds: u32) {
-        if let Err(fault) = render(folder, fate, seconds, &mut self.tally) {
+        if let Err(fault) = render(folder, fate, (seconds, &[]), &mut self.tally) {
+            self.list.push(format!("{what}: {fault}"));
+        }
+    }
+
+    /// As [`Faults::render`], a small image whatever the scene says.
+    pub fn render_small(&mut self, folder: &Folder, what: &str, fate: Fate) {
+        if let Err(fault) = render(folder, fate, (SECONDS, &["--resolution", "16x9"]), &mut self.tally) {
             self.list.push(format!("{what}: {fault}"));
         }
     }
@@ -67,10 +77,12 @@ impl Faults {
     }
 }
 
-fn render(folder: &Folder, fate: Fate, seconds: u32, tally: &mut Tally) -> Result<(), String> {
+/// Within so many seconds, with so many arguments more.
+fn render(folder: &Folder, fate: Fate, (seconds, more): (u32, &[&str]), tally: &mut Tally) -> Result<(), String> {
     let before = folder.listing();
     let arguments =
         ["render", "scene.pbrt", "-o", "out.exr", "--stats", "out.json", "--png", "out.png", "--threads", "1"];
+    let arguments = [&arguments, more].concat();
     let run = folder.start_within(&arguments, 4 << 20, seconds).end();
     let allowed = Duration::from_secs(seconds.into());
     tally.add(&run, allowed);
