@@ -85,14 +85,15 @@ pub fn blurred(hierarchy: &Hierarchy, lights: &Lights, blur: &BlurWeights, table
         sums.add((0, 0..own.len()), table.energies(point), 1.0);
         for &(neighbour, weight) in blur.of(point) {
             let (theirs, energies) = (table.list(neighbour), table.energies(neighbour));
-            let near = table.near(neighbour);
+            let mut near = table.near(neighbour);
             // Parts of one entry count once together.
             let mut last = None;
             let (mut i, mut j) = (0, 0);
             while i < own.len() && j < theirs.len() {
                 // Far lights are mostly told apart in the same way all around.
-                let near_ahead = near.get(near.partition_point(|&k| usize::from(k) < j));
-                let most = near_ahead.map_or(theirs.len(), |&k| usize::from(k)) - j;
+                let passed = near.iter().take_while(|&&k| usize::from(k) < j).count();
+                near = &near[passed..];
+                let most = near.first().map_or(theirs.len(), |&k| usize::from(k)) - j;
                 let same = own.same_from(i, &theirs, j, most);
                 if same > 0 {
                     sums.add((i, j..j + same), energies, weight);

@@ -106,9 +106,7 @@ impl<'a> Descent<'a> {
     fn all(mut self) -> Vec<f32> {
         let entries = 0..self.list.len();
         let r = self.posterior(&entries, PRIOR);
-        for root in self.hierarchy.roots() {
-            self.go_on(&entries, root, r);
-        }
+        self.share_out(&entries, self.hierarchy.roots(), r);
         self.out
     }
 
@@ -120,23 +118,26 @@ impl<'a> Descent<'a> {
         posterior(self.tally(entries), prior, self.tries)
     }
 
-    /// Those of `entries` that are in `cluster`, where R is expected to be that of all of `entries`, `r`.
-    fn go_on(&mut self, entries: &Range<usize>, cluster: Cluster, r: f32) {
-        let within = entries.start..entries.end;
-        let part =
-            within.start.max(self.list.from_place(cluster.first))..within.end.min(self.list.from_place(cluster.end()));
-        if part.is_empty() {
-            return;
+    /// `entries`, all of which are in one of `clusters`, which are in order. R is expected to be that of all of them, `r`.
+    fn share_out(&mut self, entries: &Range<usize>, clusters: impl IntoIterator<Item = Cluster>, r: f32) {
+        let mut start = entries.start;
+        for cluster in clusters {
+            let end = self.list.from_place_within(start..entries.end, cluster.end());
+            let part = start..end;
+            // What all of them are in tells nothing new.
+            let r = if part == *entries { r } else { self.posterior(&part, r) };
+            self.go_on(&part, &cluster, r);
+            start = end;
         }
-        // What all of them are in tells nothing new.
-        let r = if part == within { r } else { self.posterior(&part, r) };
-        // Neither does what was never tried: this is most of it.
-        if part.len() == 1 || self.tally(&part)[0] == 0.0 {
-            self.out.extend(part.map(|_| r));
-            return;
-        }
-        for child in self.hierarchy.children(&cluster) {
-            self.go_on(&part, child, r);
+    }
+
+    /// `entries`, those in `cluster`, whose R is `r` all together.
+    fn go_on(&mut self, entries: &Range<usize>, cluster: &Cluster, r: f32) {
+        // Where nothing was ever tried there is nothing to tell either: this is most of it.
+        if entries.len() <= 1 || self.tally(entries)[0] == 0.0 {
+            self.out.extend(entries.clone().map(|_| r));
+        } else {
+            self.share_out(entries, self.hierarchy.children(cluster), r);
         }
     }
 }
@@ -148,13 +149,15 @@ fn around(blur: &BlurWeights, table: &Table, point: u32) -> Vec<Tally> {
     let mut sums = vec![[0.0; 2]; own.len()];
     for &(neighbour, weight) in blur.of(point) {
         let theirs = table.list(neighbour);
+        let mut first = 0;
         // Few of a point's entries were ever tried.
         for (j, counter) in table.counters[range(&table.offsets, neighbour)].iter().enumerate() {
             if !counter.is_tried() {
                 continue;
             }
             let [attempts, successes] = counter.get();
-            let parts = own.overlapping(&theirs.get(j));
+            let parts = own.overlapping_from(first, &theirs.get(j));
+            first = parts.start;
             let share = weight / parts.len() as f32;
             for sum in &mut sums[parts] {
                 *sum = [sum[0] + share * attempts, sum[1] + share * successes];

@@ -125,12 +125,20 @@ impl List<'_> {
         self.entries.partition_point(|entry| entry.first < place)
     }
 
-    /// The numbers of the entries that have places in `cluster`, where it holds them or one of them holds it.
+    /// [`List::from_place`] where it is known to be one of `range` or its end.
     #[inline]
-    pub fn overlapping(&self, cluster: &Cluster) -> Range<usize> {
-        let start = self.from_place(cluster.first);
-        let before = start.checked_sub(1).filter(|&k| self.get(k).end() > cluster.first);
-        before.unwrap_or(start)..self.from_place(cluster.end())
+    pub fn from_place_within(&self, range: Range<usize>, place: u32) -> usize {
+        range.start + self.entries[range].partition_point(|entry| entry.first < place)
+    }
+
+    /// The numbers of the entries that have places in `cluster`, where it holds them or one of them holds it, and none before `start` does. One after the
+    /// other is looked at: for clusters in order that is quicker than to search for each.
+    #[inline]
+    pub fn overlapping_from(&self, start: usize, cluster: &Cluster) -> Range<usize> {
+        let behind = |k: usize| self.get(k).end() <= cluster.first;
+        let start = (start..self.len()).find(|&k| !behind(k)).unwrap_or(self.len());
+        let ahead = |k: usize| self.entries[k].first >= cluster.end();
+        start..(start..self.len()).find(|&k| ahead(k)).unwrap_or(self.len())
     }
 
     /// The number of the entry that holds `place`.
