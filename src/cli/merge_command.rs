@@ -71,7 +71,7 @@ fn joined(arguments: &MergeArguments) -> Result<(), Failure> {
         let [width, height] = [image.bounds.width(), image.bounds.height()].map(|n| n as usize);
         write_png(path, &Image { width, height, channels: 3, pixels }, 0.0)?;
     }
-    write_exr(output, &image)?;
+    write_exr(output, image)?;
     if !quiet {
         if let Some(missing) = missing {
             say(format!("warning: {missing}"));

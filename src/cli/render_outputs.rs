@@ -155,7 +155,7 @@ impl Outputs {
         if let Some(path) = self.lesson.as_ref().filter(|_| !is_half) {
             job.write_lesson(outcome, path, &origin.lesson)?;
         }
-        Ok(write_exr(&self.image, &channels)?)
+        Ok(write_exr(&self.image, channels)?)
     }
 
     fn write_cache_points(&self, job: &Job, outcome: &Outcome) -> Result<(), RenderError> {

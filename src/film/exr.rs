@@ -59,18 +59,18 @@ fn refuse(path: &Path, reason: impl Into<String>) -> ImageError {
     ImageError::new(path, reason.into())
 }
 
-/// Writes `image` as 32-bit floats with ZIP compression.
-pub fn write_exr(path: &Path, image: &ChannelImage) -> Result<(), OutputError> {
+/// Writes `image` as 32-bit floats with ZIP compression. Takes it, so that its values are in memory only once.
+pub fn write_exr(path: &Path, image: ChannelImage) -> Result<(), OutputError> {
     let bounds = image.bounds;
     if bounds.area() == 0 || image.channels.is_empty() {
         return Err(OutputError::new(path, "an OpenEXR file needs at least one pixel and one channel"));
     }
     let list = image
         .channels
-        .iter()
+        .into_iter()
         .map(|(name, values)| {
             assert_eq!(values.len(), bounds.area(), "channel {name} must cover the bounds");
-            AnyChannel::new(text(name), FlatSamples::F32(values.clone()))
+            AnyChannel::new(text(&name), FlatSamples::F32(values))
         })
         .collect();
     let mut attributes = LayerAttributes {

@@ -338,7 +338,7 @@ fn exr_files_come_back_with_their_crop_and_attributes() {
     }
     let mut image = film.channels();
     image.attributes = vec![("command".into(), "render ünïcode.pbrt".into()), ("seed".into(), "7".into())];
-    write_exr(&path, &image).expect("written");
+    write_exr(&path, image.clone()).expect("written");
     let back = read_exr_layers(&path).expect("read");
     assert_eq!(back.bounds, PixelBounds { x0: 10, x1: 30, y0: 15, y1: 30 });
     assert_eq!(back.display, PixelBounds::full(40, 30));
@@ -430,7 +430,7 @@ fn samples_of_each_format(dir: &Path) -> Vec<PathBuf> {
     let plane = |scale: f32| (0..128).map(|i| i as f32 * scale).collect::<Vec<f32>>();
     let bounds = PixelBounds::full(16, 8);
     let channels = vec![("R".into(), plane(1.0)), ("G".into(), plane(2.0)), ("B".into(), plane(-3.0))];
-    write_exr(&exr, &ChannelImage { bounds, display: bounds, channels, attributes: vec![] }).expect("written");
+    write_exr(&exr, ChannelImage { bounds, display: bounds, channels, attributes: vec![] }).expect("written");
     vec![
         write("a.png", &encode(::image::ImageFormat::Png)),
         write("b.jpg", &encode(::image::ImageFormat::Jpeg)),
@@ -563,7 +563,7 @@ fn a_single_channel_is_grey_whatever_it_is_called() {
     let bounds = PixelBounds::full(2, 1);
     for (name, values) in [("R", vec![0.25, 0.5]), ("Y", vec![0.25, 0.5]), ("height", vec![0.25, 0.5])] {
         let channels = vec![(name.to_owned(), values)];
-        write_exr(&path, &ChannelImage { bounds, display: bounds, channels, attributes: vec![] }).expect("written");
+        write_exr(&path, ChannelImage { bounds, display: bounds, channels, attributes: vec![] }).expect("written");
         let stored = read_stored(&path).expect("it is read");
         assert!(stored.channels == 1 && read_header(&path).expect("it is read").is_grey, "{name}");
     }

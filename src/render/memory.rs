@@ -75,8 +75,8 @@ pub fn warn_few_candidates(statistics: &CacheStatistics, settings: CacheSettings
     }
 }
 
-/// Bytes a pixel for writing the image: 26 channels of 4 bytes, once as planes and once as the encoder holds them.
-const WRITING: usize = 2 * 26 * 4;
+/// Bytes a pixel for writing the image: 27 channels of 4 bytes, and 3 for a PNG.
+const WRITING: usize = (27 + 3) * 4;
 
 /// Bytes for rendering and writing an image.
 pub fn of_film(film: &FilmSettings) -> usize {

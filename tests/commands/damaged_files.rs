@@ -170,7 +170,7 @@ fn damaged_images_are_survived() {
     let bounds = PixelBounds::full(16, 16);
     let plane = |scale: f32| (0..256).map(|i| i as f32 * scale).collect::<Vec<f32>>();
     let channels = vec![("R".into(), plane(1.0)), ("G".into(), plane(2.0)), ("B".into(), plane(0.5))];
-    write_exr(&path, &ChannelImage { bounds, display: bounds, channels, attributes: vec![] }).expect("written");
+    write_exr(&path, ChannelImage { bounds, display: bounds, channels, attributes: vec![] }).expect("written");
     survive_image("exr", &std::fs::read(&path).expect("it is there"), 60);
 }
 

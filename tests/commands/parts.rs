@@ -243,7 +243,7 @@ fn parts_that_do_not_belong_together_are_refused() {
     folder.run(&["compare", "p1.exr", "p2.exr"]).code(0);
     let mut bare = image(&folder, "p3.exr");
     bare.attributes.clear();
-    lanternfish::film::exr::write_exr(&folder.path("bare.exr"), &bare).expect("it can be written");
+    lanternfish::film::exr::write_exr(&folder.path("bare.exr"), bare).expect("it can be written");
     merge(&["p1.exr", "p2.exr", "bare.exr"])
         .code(3)
         .says("its header does not say which samples of which frame it has");

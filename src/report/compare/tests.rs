@@ -19,8 +19,8 @@ fn image(width: u32, height: u32, colour: impl Fn(usize) -> [f32; 3], variance: 
 fn compare_images(a: &ChannelImage, b: &ChannelImage) -> Result<Comparison, CompareError> {
     let dir = TempDir::new().expect("a temporary folder");
     let paths = [dir.path().join("a.exr"), dir.path().join("b.exr")];
-    write_exr(&paths[0], a).expect("written");
-    write_exr(&paths[1], b).expect("written");
+    write_exr(&paths[0], a.clone()).expect("written");
+    write_exr(&paths[1], b.clone()).expect("written");
     compare(&paths[0], &paths[1])
 }
 
@@ -117,8 +117,8 @@ fn what_does_not_match_is_refused() {
 fn the_difference_picture_shows_all_three() {
     let dir = TempDir::new().expect("a temporary folder");
     let [a, b, png] = ["a.exr", "b.exr", "d.png"].map(|name| dir.path().join(name));
-    write_exr(&a, &image(5, 3, |_| [0.36; 3], None)).expect("written");
-    write_exr(&b, &image(5, 3, |_| [0.18; 3], None)).expect("written");
+    write_exr(&a, image(5, 3, |_| [0.36; 3], None)).expect("written");
+    write_exr(&b, image(5, 3, |_| [0.18; 3], None)).expect("written");
     write_difference(&a, &b, &png).expect("written");
     let picture = crate::film::image::read_image(&png, crate::film::image::Encoding::Auto).expect("read");
     assert_eq!((picture.width, picture.height), (15, 3));
