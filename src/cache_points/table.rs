@@ -297,3 +297,67 @@ pub fn split_lists<'a, T>(mut data: &'a mut [T], offsets: &[u32], rows: usize) -
     };
     offsets.windows(2).map(split).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::light::{LightId, Lights, PointLight};
+    use crate::math::Rgb;
+    use crate::math::sampler::Stream;
+
+    /// A list that cuts the hierarchy at random; without some of its entries, where lists may leave lights out.
+    fn list(hierarchy: &Hierarchy, stream: &mut Stream, leaves_out: bool) -> Vec<Cluster> {
+        let mut clusters = vec![];
+        let mut open: Vec<Cluster> = hierarchy.roots().collect();
+        while let Some(cluster) = open.pop() {
+            let children = hierarchy.children(&cluster);
+            if children.is_empty() || (!leaves_out && stream.next_f32() < 0.2) {
+                clusters.push(cluster);
+            } else {
+                open.extend(children);
+            }
+        }
+        clusters.retain(|_| !leaves_out || stream.next_f32() < 0.5);
+        clusters.sort_unstable_by_key(|cluster| cluster.first);
+        clusters
+    }
+
+    #[test]
+    fn entries_are_found_where_they_are() {
+        let mut lights = Lights::default();
+        let mut stream = Stream::from_seed(11);
+        for _ in 0..100 {
+            let p = Vec3::from([(); 3].map(|()| stream.next_f32()));
+            lights.add_point(PointLight { p, intensity: Rgb::WHITE });
+        }
+        let hierarchy = Hierarchy::new(&lights, true);
+        for round in 0..200 {
+            let leaves_out = round % 2 == 1;
+            let lists = [(); 2].map(|()| list(&hierarchy, &mut stream, leaves_out));
+            let end = (!leaves_out).then(|| hierarchy.places());
+            let gathered = |p: u32| (Gathered { clusters: lists[p as usize].clone(), near: vec![] }, vec![]);
+            let table = Table::gathered(2, end, gathered);
+            let own = table.list(0);
+            let mut first = 0;
+            for theirs in table.list(1).iter() {
+                let meets = |k: &usize| {
+                    let own = own.get(*k);
+                    own.first < theirs.end() && theirs.first < own.end()
+                };
+                let expected: Vec<usize> = (0..own.len()).filter(meets).collect();
+                let found = own.overlapping_from(first, &theirs);
+                assert_eq!(found.clone().collect::<Vec<_>>(), expected, "{theirs:?}");
+                first = found.start;
+            }
+            for id in lights.ids() {
+                let place = hierarchy.place(&lights, LightId(id.0)).expect("it shines");
+                let holds = (0..own.len()).find(|&k| own.get(k).covers(place));
+                assert_eq!(own.find(place), holds);
+                let range = own.from_place(place / 2)..own.len();
+                assert_eq!(own.from_place_within(range, place), own.from_place(place));
+            }
+        }
+    }
+}
