@@ -28,6 +28,14 @@ struct Cell {
     count: u32,
 }
 
+impl Cell {
+    /// The same where cells and lists begin so much later.
+    const fn moved(self, octants: u32, lists: u32) -> Self {
+        let Self { first, count } = self;
+        Self { first: first + if count > 0 { lists } else { octants }, count }
+    }
+}
+
 /// The parts of a cell. They come from memory together: on the way down that is what takes time.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
@@ -201,9 +209,9 @@ impl Branch {
         let mut out = Self { top: Cell::default(), octants: vec![Octants::default()], lists: vec![] };
         for (number, branch) in branches.into_iter().enumerate() {
             let (below, lists) = (out.octants.len() as u32, out.lists.len() as u32);
-            let moved = |Cell { first, count }| Cell { first: first + if count > 0 { lists } else { below }, count };
-            out.octants[0].0[number] = moved(branch.top);
-            out.octants.extend(branch.octants.iter().map(|octants| Octants(octants.0.map(moved))));
+            out.octants[0].0[number] = branch.top.moved(below, lists);
+            let moved = |octants: &Octants| Octants(octants.0.map(|cell| cell.moved(below, lists)));
+            out.octants.extend(branch.octants.iter().map(moved));
             out.lists.extend(branch.lists);
         }
         out

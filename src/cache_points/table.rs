@@ -333,6 +333,13 @@ mod tests {
     }
 
     #[test]
+    fn what_was_kept_short_is_what_it_was() {
+        for x in (0..=u16::MAX).map(bf16::from_bits).filter(|x| !x.is_nan()) {
+            assert_eq!(widened(x).to_bits(), f32::from(x).to_bits());
+        }
+    }
+
+    #[test]
     fn entries_are_found_where_they_are() {
         let mut lights = Lights::default();
         let mut stream = Stream::from_seed(11);
