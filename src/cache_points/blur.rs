@@ -4,12 +4,11 @@
 use std::ops::Range;
 
 use glam::Vec3;
-use half::bf16;
 use rayon::prelude::*;
 
 use super::hierarchy::{Cluster, Hierarchy};
 use super::neighbours::{Neighbour, NeighbourSearch};
-use super::table::{BINS, Energies, List, OMNIDIRECTIONAL, PLANES, Sensors, Table, pack, unpack, widened};
+use super::table::{BINS, Energies, List, OMNIDIRECTIONAL, PLANES, Sensors, Table, pack, unpack};
 use crate::light::Lights;
 
 /// Neighbours blurred over: the kissing number 12, and 4 because radii vary.
@@ -131,19 +130,16 @@ impl Sums {
     }
 
     /// Adds what another point, or the point itself, knows of as many entries, from its entry `j` on to those from `i` on.
-    fn add(&mut self, (i, theirs): (usize, Range<usize>), (fluence, shares): (&[bf16], &[u8]), weight: f32) {
+    fn add(&mut self, (i, theirs): (usize, Range<usize>), (fluence, shares): (&[f32], &[u8]), weight: f32) {
         let (count, own) = (fluence.len(), i..i + theirs.len());
         let of = &fluence[theirs.clone()];
         for (row, sums) in self.rows[..PLANES].iter_mut().enumerate() {
             let shares = &shares[row * count..][theirs.clone()];
             for ((sum, energy), share) in sums[own.clone()].iter_mut().zip(of).zip(shares) {
-                *sum += weight * (widened(*energy) * (f32::from(*share) * (1.0 / 255.0)));
+                *sum += weight * (energy * (f32::from(*share) * (1.0 / 255.0)));
             }
         }
-        self.rows[OMNIDIRECTIONAL][own.clone()]
-            .iter_mut()
-            .zip(of)
-            .for_each(|(sum, energy)| *sum += weight * widened(*energy));
+        self.rows[OMNIDIRECTIONAL][own.clone()].iter_mut().zip(of).for_each(|(sum, energy)| *sum += weight * energy);
         self.weights[own].iter_mut().for_each(|sum| *sum += weight);
     }
 

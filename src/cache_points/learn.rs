@@ -9,7 +9,6 @@
 
 use std::ops::Range;
 
-use half::bf16;
 use rayon::prelude::*;
 
 use super::blur::{BlurWeights, for_each_overlap};
@@ -240,11 +239,6 @@ fn weights_in_clusters(
     Descent::new(hierarchy, table.list(point), &tallies, tries).all().into_iter().map(weight)
 }
 
-/// Keeps a point's weights.
-fn put(out: &mut [bf16], weights: impl Iterator<Item = f32>) {
-    out.iter_mut().zip(weights).for_each(|(out, w)| *out = bf16::from_f32(w));
-}
-
 /// Whether the lights that are hidden could be told from those that are not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lesson {
@@ -264,11 +258,14 @@ pub fn update(rule: VisibilityRule, hierarchy: &Hierarchy, blur: &BlurWeights, t
     split_lists(&mut visibility, &table.offsets, 1).into_par_iter().enumerate().for_each(|(point, out)| {
         let point = point as u32;
         match rule {
-            VisibilityRule::Off => out.fill(bf16::ONE),
+            VisibilityRule::Off => out.fill(1.0),
             VisibilityRule::Threshold | VisibilityRule::Root => {
-                put(out, weights_alone(rule, blur, table, point).into_iter());
+                out.copy_from_slice(&weights_alone(rule, blur, table, point));
             }
-            VisibilityRule::Clusters => put(out, weights_in_clusters(hierarchy, blur, table, point, tries)),
+            VisibilityRule::Clusters => {
+                let weights = weights_in_clusters(hierarchy, blur, table, point, tries);
+                out.iter_mut().zip(weights).for_each(|(out, w)| *out = w);
+            }
         }
     });
     table.visibility = visibility;

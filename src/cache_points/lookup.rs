@@ -21,32 +21,18 @@ const FAR: f32 = 1.0;
 /// Cells down to this depth are divided in parallel.
 const PARALLEL_DEPTH: u32 = 3;
 
-/// A leaf, `count` entries of the lists from `first` on; or, where that is 0, the eight cells number `first`.
-#[derive(Clone, Copy, Debug, Default)]
-struct Cell {
-    first: u32,
-    count: u32,
+/// A child or a leaf: the first of eight cells, or a range of the lists.
+#[derive(Clone, Copy, Debug)]
+enum Cell {
+    Inner(u32),
+    Leaf { first: u32, count: u32 },
 }
-
-impl Cell {
-    /// The same where cells and lists begin so much later.
-    const fn moved(self, octants: u32, lists: u32) -> Self {
-        let Self { first, count } = self;
-        Self { first: first + if count > 0 { lists } else { octants }, count }
-    }
-}
-
-/// The parts of a cell. They come from memory together: on the way down that is what takes time.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(64))]
-struct Octants([Cell; 8]);
 
 /// The map from places to nearest points.
 #[derive(Debug)]
 pub struct NearestPoint {
     space: UnitSpace,
-    all: Cell,
-    octants: Vec<Octants>,
+    cells: Vec<Cell>,
     lists: Vec<Entry>,
 }
 
@@ -74,8 +60,8 @@ impl NearestPoint {
         let space = UnitSpace::around(points.iter().copied());
         let entries: Vec<Entry> =
             points.iter().enumerate().map(|(i, &p)| Entry { p: space.to_unit(p), index: i as u32 }).collect();
-        let Branch { top, octants, lists } = Branch::divide(Cube { low: Vec3A::ZERO, edge: 1.0 }, &entries, 0);
-        Self { space, all: top, octants, lists }
+        let Branch { cells, lists } = Branch::divide(Cube { low: Vec3A::ZERO, edge: 1.0 }, &entries, 0);
+        Self { space, cells, lists }
     }
 
     /// The point nearest to `p`; for places outside the points' box, nearest to where it is left.
@@ -84,14 +70,14 @@ impl NearestPoint {
         let unit = self.space.to_unit(p).clamp(Vec3::ZERO, Vec3::ONE);
         // The position in the current cell, in units of its edge.
         let mut within = unit;
-        let mut cell = self.all;
-        while cell.count == 0 {
+        let mut cell = self.cells[0];
+        while let Cell::Inner(first) = cell {
             let octant = within.cmpge(Vec3::splat(0.5));
             within = within * 2.0 - Vec3::select(octant, Vec3::ONE, Vec3::ZERO);
             // x is the lowest bit, as in `Cube::octant`.
-            cell = self.octants[cell.first as usize].0[octant.bitmask() as usize];
+            cell = self.cells[first as usize + octant.bitmask() as usize];
         }
-        let Cell { first, count } = cell;
+        let Cell::Leaf { first, count } = cell else { unreachable!("the loop ends at a leaf") };
         let list = &self.lists[first as usize..(first + count) as usize];
         let mut nearest = (f32::INFINITY, list[0].index);
         for entry in list {
@@ -105,7 +91,7 @@ impl NearestPoint {
 
     /// Bytes held on the heap.
     pub fn memory(&self) -> usize {
-        self.octants.capacity() * size_of::<Octants>() + self.lists.capacity() * size_of::<Entry>()
+        self.cells.capacity() * size_of::<Cell>() + self.lists.capacity() * size_of::<Entry>()
     }
 }
 
@@ -162,16 +148,15 @@ fn nearest_to_grid(cube: Cube, list: &[Entry]) -> Vec<Entry> {
     list.iter().zip(is_kept).filter(|(_, kept)| *kept).map(|(entry, _)| *entry).collect()
 }
 
-/// A cell and all under it, with references from its own start.
+/// The cells under one, the first of them itself, with references from its own start.
 struct Branch {
-    top: Cell,
-    octants: Vec<Octants>,
+    cells: Vec<Cell>,
     lists: Vec<Entry>,
 }
 
 impl Branch {
     fn leaf(lists: Vec<Entry>) -> Self {
-        Self { top: Cell { first: 0, count: lists.len() as u32 }, octants: vec![], lists }
+        Self { cells: vec![Cell::Leaf { first: 0, count: lists.len() as u32 }], lists }
     }
 
     /// `above` are the points that may be nearest in the cell around `cube`, in the order of their numbers.
@@ -205,13 +190,20 @@ impl Branch {
 
     /// A cell over eight.
     fn join(branches: Vec<Self>) -> Self {
-        // The eight themselves come first; what is below them follows.
-        let mut out = Self { top: Cell::default(), octants: vec![Octants::default()], lists: vec![] };
+        let mut out = Self { cells: vec![Cell::Inner(1)], lists: vec![] };
+        // The eight themselves come first, side by side; what is below them follows.
+        out.cells.resize(9, Cell::Inner(0));
         for (number, branch) in branches.into_iter().enumerate() {
-            let (below, lists) = (out.octants.len() as u32, out.lists.len() as u32);
-            out.octants[0].0[number] = branch.top.moved(below, lists);
-            let moved = |octants: &Octants| Octants(octants.0.map(|cell| cell.moved(below, lists)));
-            out.octants.extend(branch.octants.iter().map(moved));
+            // The branch's own first cell moves up, so its references shift by one less.
+            let (shift, list_shift) = (out.cells.len() as u32 - 1, out.lists.len() as u32);
+            let mut moved = branch.cells.into_iter().map(|cell| match cell {
+                Cell::Inner(first) => Cell::Inner(first + shift),
+                Cell::Leaf { first, count } => Cell::Leaf { first: first + list_shift, count },
+            });
+            if let Some(top) = moved.next() {
+                out.cells[1 + number] = top;
+            }
+            out.cells.extend(moved);
             out.lists.extend(branch.lists);
         }
         out

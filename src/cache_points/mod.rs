@@ -305,7 +305,7 @@ impl CachePoints {
     pub fn arrives(&self, lights: &Lights, point: u32, light: LightId) -> f32 {
         let entries = table::range(&self.table.offsets, point);
         let entry = self.hierarchy.place(lights, light).and_then(|place| self.table.list(point).find(place));
-        entry.map_or(1.0, |k| table::widened(self.table.visibility[entries][k]).powi(2))
+        entry.map_or(1.0, |k| self.table.visibility[entries][k].powi(2))
     }
 
     /// Whether lists are made anew: where they leave no light out, and W tells how often a light arrives.

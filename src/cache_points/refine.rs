@@ -2,13 +2,11 @@
 //! out to be hidden. After early iterations every point goes down the light hierarchy again, now by energy × W: what is
 //! hidden falls back into few clusters, and their entries go to lights that arrive.
 
-use half::bf16;
-
 use super::blur::share;
 use super::counter::Counter;
 use super::gather::{Extent, Site, gather};
 use super::hierarchy::{Cluster, Hierarchy};
-use super::table::{List, Table, range, widened};
+use super::table::{List, Table, range};
 use crate::light::{Lights, Receiver};
 
 /// The iteration after which lists are made anew, the rounds of a rehearsal included: with the usual ones at 1 sample a pixel, without a rehearsal at 4. There, to do
@@ -26,8 +24,8 @@ struct Known<'a> {
     hierarchy: &'a Hierarchy,
     lights: &'a Lights,
     list: List<'a>,
-    fluence: &'a [bf16],
-    visibility: &'a [bf16],
+    fluence: &'a [f32],
+    visibility: &'a [f32],
     counters: &'a [Counter],
     /// Running sums of fluence and of fluence × W, from 0 on.
     sums: Vec<[f64; 2]>,
@@ -39,9 +37,9 @@ impl<'a> Known<'a> {
         let (fluence, _) = table.energies(point);
         let visibility = &table.visibility[entries.clone()];
         let mut sums = vec![[0.0; 2]];
-        sums.extend(fluence.iter().zip(visibility).scan([0.0; 2], |[energy, seen], (&fluence, &w)| {
-            *energy += f64::from(fluence);
-            *seen += f64::from(widened(fluence) * widened(w));
+        sums.extend(fluence.iter().zip(visibility).scan([0.0; 2], |[energy, seen], (fluence, w)| {
+            *energy += f64::from(*fluence);
+            *seen += f64::from(fluence * w);
             Some([*energy, *seen])
         }));
         let (list, counters) = (table.list(point), &table.counters[entries]);
@@ -78,7 +76,7 @@ impl<'a> Known<'a> {
         for k in entries {
             energy += f64::from(self.fluence[k]);
             // W = √R.
-            seen += f64::from(self.fluence[k]) * f64::from(self.visibility[k]).powi(2);
+            seen += f64::from(self.fluence[k] * self.visibility[k].powi(2));
         }
         let tries = tries.min(MOST_TRIES);
         let share = if energy > 0.0 { (seen / energy).min(1.0) } else { 0.0 };
@@ -129,10 +127,10 @@ mod tests {
         let before = of_row(&table);
         for _ in 0..3 {
             // All but one row are hidden, and all of it is known.
-            let fluence = |c: Cluster| bf16::from_f32(hierarchy.energy(&lights, &c, &Receiver::medium(place.p)));
+            let fluence = |c: Cluster| hierarchy.energy(&lights, &c, &Receiver::medium(place.p));
             table.energies = Energies::new(table.visibility.len());
             table.energies.fluence = table.list(0).iter().map(fluence).collect();
-            table.visibility = table.list(0).iter().map(|c| bf16::from_f32(seen(&c).sqrt().max(0.03))).collect();
+            table.visibility = table.list(0).iter().map(|c| seen(&c).sqrt().max(0.03)).collect();
             table.counters = table.list(0).iter().map(|c| Counter::new([100.0, 100.0 * seen(&c)])).collect();
             table = refined(&hierarchy, &lights, &table, &[place], EXTENT);
         }

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::gather::Site;
 use super::hierarchy::{Cluster, Hierarchy};
 use super::seed::beams;
-use super::table::{Table, range, widened};
+use super::table::{Table, range};
 use crate::light::{LightId, LightRef, Lights, Receiver};
 use crate::math::phase::HenyeyGreenstein;
 use crate::math::sampler::{Stream, mix};
@@ -115,7 +115,7 @@ impl ScatterWeights {
         for &k in self.strong[point as usize].iter().filter(|&&k| k != NONE) {
             let entry = entries.start + usize::from(k);
             let cluster = table.list(point).get(usize::from(k));
-            let w = widened(table.visibility[entry]);
+            let w = table.visibility[entry];
             let lobe = self.lobes[phase].get(entry).copied().unwrap_or(1.0);
             sum += hierarchy.energy(lights, &cluster, &Receiver::medium(p)) * w * w * lobe * (1.0 / (4.0 * PI));
         }
@@ -147,11 +147,8 @@ impl ScatterWeights {
         let of_point = |point: usize| {
             let entries = range(&table.offsets, point as u32);
             let (fluence, _) = table.energies(point as u32);
-            let mut seen: Vec<f32> = fluence
-                .iter()
-                .zip(&table.visibility[entries.clone()])
-                .map(|(&fluence, &w)| widened(fluence) * widened(w).powi(2))
-                .collect();
+            let mut seen: Vec<f32> =
+                fluence.iter().zip(&table.visibility[entries.clone()]).map(|(fluence, w)| fluence * w * w).collect();
             let list = table.list(point as u32);
             if !self.beams.is_empty() {
                 let is_beam = |light| self.beams.binary_search(&light).is_ok();
@@ -252,7 +249,7 @@ mod tests {
         let gather = |_| (by_hierarchy(&hierarchy, lights, place, extent), vec![]);
         let mut table = Table::gathered(1, Some(hierarchy.places()), gather);
         table.energies = super::super::table::Energies::new(table.visibility.len());
-        table.visibility.fill(half::bf16::from_f32(visibility));
+        table.visibility.fill(visibility);
         let list: Vec<Cluster> = table.list(0).iter().collect();
         for (fluence, shares) in table.energies.split(&table.offsets) {
             list.iter()

@@ -8,7 +8,7 @@ use arrayvec::ArrayVec;
 use super::CachePoints;
 use super::linked::Named;
 use super::scatter::ScatterWeights;
-use super::table::{List, range, widened};
+use super::table::{List, range};
 use crate::light::tree::{LANES, Way};
 use crate::light::{LightId, Lights, LinkSet, Receiver};
 
@@ -115,7 +115,7 @@ impl CachePoints {
         let entries = range(&self.table.offsets, point);
         let (fluence, shares) = self.table.energies(point);
         let visibility = &self.table.visibility[entries];
-        let energy = fluence.iter().zip(visibility).map(|(&fluence, &w)| widened(fluence) * widened(w));
+        let energy = fluence.iter().zip(visibility).map(|(fluence, w)| fluence * w);
         weights.clear();
         match *receiver {
             Receiver::Medium { .. } => weights.extend(energy),
@@ -156,17 +156,14 @@ impl CachePoints {
             if cluster.count > 1 {
                 clusters.push((k, cluster.node));
             } else {
-                weights[k] = self.hierarchy.energy(lights, &cluster, receiver) * widened(visibility[k]);
+                weights[k] = self.hierarchy.energy(lights, &cluster, receiver) * visibility[k];
             }
             if clusters.is_full() || (i + 1 == near.len() && !clusters.is_empty()) {
                 // Where fewer are left, the last one stands in for the rest.
                 let last = clusters.len() - 1;
                 let energies =
                     self.hierarchy.energies(std::array::from_fn(|lane| clusters[lane.min(last)].1), receiver);
-                clusters
-                    .drain(..)
-                    .zip(energies)
-                    .for_each(|((k, _), energy)| weights[k] = energy * widened(visibility[k]));
+                clusters.drain(..).zip(energies).for_each(|((k, _), energy)| weights[k] = energy * visibility[k]);
             }
         }
     }
@@ -253,7 +250,7 @@ impl CachePoints {
     /// What is known of the visibility of a light where it was drawn, as the factor W that its weight has; 1 where nothing is known.
     #[inline]
     pub fn visibility(&self, drawn: &Drawn) -> f32 {
-        drawn.entry.map_or(1.0, |entry| widened(self.table.visibility[entry as usize]))
+        drawn.entry.map_or(1.0, |entry| self.table.visibility[entry as usize])
     }
 
     /// Tells what became of a shadow ray to a light that was drawn.

@@ -1,6 +1,5 @@
 //! What building the points came to.
 
-use half::bf16;
 use serde::Serialize;
 
 use super::table::{BINS, PLANES, Table};
@@ -78,7 +77,7 @@ impl CacheStatistics {
             let (fluence, shares) = table.energies(point as u32);
             let rows = (0..PLANES).map(|row| &shares[row * fluence.len()..(row + 1) * fluence.len()]);
             rows.zip(&mut counts).for_each(|(row, count)| *count += row.iter().filter(|&&share| share > 0).count());
-            counts[PLANES] += fluence.iter().filter(|&&energy| energy > bf16::ZERO).count();
+            counts[PLANES] += fluence.iter().filter(|&&energy| energy > 0.0).count();
         }
         self.lights_per_bin = counts.map(|count| count as f64 / points);
     }

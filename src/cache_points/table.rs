@@ -2,12 +2,11 @@
 //!
 //! A list is in order of places ([`super::hierarchy`]), so the entry that holds a light is found by one binary search. Near lights are entries
 //! like the others, marked because they are evaluated at the vertex. What the sensors receive of an entry is kept as a fluence and, for
-//! each plane, a share of it in 255ths, rounded up; fluence and W have 8 significant bits ([`bf16`]). Selection needs no more, and probabilities follow from
-//! these very numbers. An entry takes [`ENTRY`] bytes: what is read of all of them at each vertex is most of what a vertex waits for.
+//! each plane, a share of it in 255ths, rounded up: selection needs no more, and probabilities follow from these very numbers. An
+//! entry takes [`ENTRY`] bytes.
 
 use std::ops::Range;
 
-use half::bf16;
 use rayon::prelude::*;
 
 use super::counter::{self, Counter};
@@ -38,7 +37,7 @@ pub struct Entry {
 pub struct Energies {
     /// Fluence of each entry, unoccluded.
     #[serde(with = "plain_bytes")]
-    pub fluence: Vec<bf16>,
+    pub fluence: Vec<f32>,
     /// Irradiance of each plane in 255ths of the fluence: [`PLANES`] rows of a point's entries, at [`PLANES`] times its offset.
     #[serde(with = "plain_bytes")]
     pub shares: Vec<u8>,
@@ -59,7 +58,7 @@ pub struct Table {
     pub counters: Vec<Counter>,
     /// Learned visibility weights W.
     #[serde(with = "plain_bytes")]
-    pub visibility: Vec<bf16>,
+    pub visibility: Vec<f32>,
     /// What sensors receive of the entries.
     pub energies: Energies,
     #[serde(with = "plain_bytes")]
@@ -68,18 +67,11 @@ pub struct Table {
     near: Vec<u16>,
 }
 
-/// What a number is that was kept short.
-#[inline(always)]
-pub const fn widened(x: bf16) -> f32 {
-    // As the crate does, but for NaN, which nothing here is: without a branch the compiler takes several at once.
-    f32::from_bits((x.to_bits() as u32) << 16)
-}
-
 /// Lists are made for this many points at a time, so that what each takes while it is made does not add up.
 const PIECE: usize = 2048;
 
 /// Bytes that an entry takes.
-pub const ENTRY: usize = size_of::<Entry>() + size_of::<Counter>() + 2 * size_of::<bf16>() + PLANES * size_of::<u8>();
+pub const ENTRY: usize = size_of::<Entry>() + size_of::<Counter>() + 2 * size_of::<f32>() + PLANES * size_of::<u8>();
 
 /// The entries of one point.
 #[derive(Clone, Copy, Debug)]
@@ -183,7 +175,7 @@ impl Table {
 
     /// Whether it is one of so many points and of these lights.
     pub fn is_of(&self, points: usize, hierarchy: &Hierarchy) -> bool {
-        let is_weight = |weights: &[bf16]| weights.iter().all(|w| w.is_finite() && *w >= bf16::ZERO);
+        let is_weight = |weights: &[f32]| weights.iter().all(|w| w.is_finite() && *w >= 0.0);
         let fits = self.is_whole()
             && [self.offsets.len(), self.near_offsets.len()] == [points + 1; 2]
             && self.end.is_none_or(|end| end == hierarchy.places())
@@ -220,7 +212,7 @@ impl Table {
         self.offsets.push(self.entries.len() as u32);
         self.counters.extend(counters);
         self.counters.resize_with(self.entries.len(), Counter::default);
-        self.visibility.resize(self.entries.len(), bf16::ONE);
+        self.visibility.resize(self.entries.len(), 1.0);
         self.near.extend_from_slice(&gathered.near);
         self.near_offsets.push(self.near.len() as u32);
     }
@@ -239,7 +231,7 @@ impl Table {
 
     /// Fluences and shares of planes of the entries of `point`.
     #[inline]
-    pub fn energies(&self, point: u32) -> (&[bf16], &[u8]) {
+    pub fn energies(&self, point: u32) -> (&[f32], &[u8]) {
         self.energies.of(range(&self.offsets, point))
     }
 
@@ -255,17 +247,17 @@ impl Table {
 impl Energies {
     /// For `count` entries, all 0.
     pub fn new(count: usize) -> Self {
-        Self { fluence: vec![bf16::ZERO; count], shares: vec![0; PLANES * count] }
+        Self { fluence: vec![0.0; count], shares: vec![0; PLANES * count] }
     }
 
     /// Fluences and shares of a point's entries.
     #[inline]
-    pub fn of(&self, entries: Range<usize>) -> (&[bf16], &[u8]) {
+    pub fn of(&self, entries: Range<usize>) -> (&[f32], &[u8]) {
         (&self.fluence[entries.clone()], &self.shares[PLANES * entries.start..PLANES * entries.end])
     }
 
     /// The lists of all points, to be filled.
-    pub fn split(&mut self, offsets: &[u32]) -> Vec<(&mut [bf16], &mut [u8])> {
+    pub fn split(&mut self, offsets: &[u32]) -> Vec<(&mut [f32], &mut [u8])> {
         let fluence = split_lists(&mut self.fluence, offsets, 1);
         fluence.into_iter().zip(split_lists(&mut self.shares, offsets, PLANES)).collect()
     }
@@ -275,7 +267,7 @@ impl Energies {
 const MOST_FLUENCE: f32 = f32::MAX / 4.0;
 
 /// Writes what the sensors receive of entry `k` of a point.
-pub fn pack(sensors: &Sensors, k: usize, fluence: &mut [bf16], shares: &mut [u8]) {
+pub fn pack(sensors: &Sensors, k: usize, fluence: &mut [f32], shares: &mut [u8]) {
     let (planes, count) = (&sensors[..PLANES], fluence.len());
     let most = planes.iter().copied().fold(0.0, f32::max);
     let all = if sensors[OMNIDIRECTIONAL] > 0.0 { sensors[OMNIDIRECTIONAL] } else { most };
@@ -284,15 +276,15 @@ pub fn pack(sensors: &Sensors, k: usize, fluence: &mut [bf16], shares: &mut [u8]
         shares[row * count + k] = if energy > 0.0 { (energy / all * 255.0).clamp(1.0, 255.0).ceil() as u8 } else { 0 };
     }
     // So that what several sensors give together is finite.
-    fluence[k] = bf16::from_f32(all.min(MOST_FLUENCE));
+    fluence[k] = all.min(MOST_FLUENCE);
 }
 
 /// What the sensors receive of entry `k`, as it was kept.
-pub fn unpack(k: usize, fluence: &[bf16], shares: &[u8]) -> Sensors {
-    let (count, all) = (fluence.len(), widened(fluence[k]));
+pub fn unpack(k: usize, fluence: &[f32], shares: &[u8]) -> Sensors {
+    let count = fluence.len();
     std::array::from_fn(|bin| match bin {
-        OMNIDIRECTIONAL => all,
-        row => all * (f32::from(shares[row * count + k]) * (1.0 / 255.0)),
+        OMNIDIRECTIONAL => fluence[k],
+        row => fluence[k] * (f32::from(shares[row * count + k]) * (1.0 / 255.0)),
     })
 }
 
@@ -330,13 +322,6 @@ mod tests {
         clusters.retain(|_| !leaves_out || stream.next_f32() < 0.5);
         clusters.sort_unstable_by_key(|cluster| cluster.first);
         clusters
-    }
-
-    #[test]
-    fn what_was_kept_short_is_what_it_was() {
-        for x in (0..=u16::MAX).map(bf16::from_bits).filter(|x| !x.is_nan()) {
-            assert_eq!(widened(x).to_bits(), f32::from(x).to_bits());
-        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::cache_points::kept::{KeptPoints, KeptPointsRef};
 use crate::system::output::OutputError;
 
 /// What such files begin with; the digit is the version.
-const MAGIC: Magic = *b"LFLEARN4";
+const MAGIC: Magic = *b"LFLEARN3";
 
 /// Samples, by number, of a seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -22,7 +22,7 @@ use crate::system::output::OutputError;
 use crate::system::rewrite::drop_spare;
 
 /// What checkpoints begin with; the digit is the version.
-const MAGIC: Magic = *b"LFCHECK6";
+const MAGIC: Magic = *b"LFCHECK5";
 
 /// Why a render cannot go on from a checkpoint.
 #[derive(Debug, thiserror::Error)]
