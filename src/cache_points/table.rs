@@ -35,7 +35,8 @@ pub struct Entry {
 /// What the sensors of some entries receive.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Energies {
-    /// Fluence of each entry, unoccluded.
+    /// Fluence of each entry, unoccluded. (With 8 significant bits, as bfloat16, errors and times are the same and `house` takes 0.95 times the memory at 960 × 540
+    /// pixels, but lights of 1e-41 W have no fluence left, and an image is not the same at any brightness any more.)
     #[serde(with = "plain_bytes")]
     pub fluence: Vec<f32>,
     /// Irradiance of each plane in 255ths of the fluence: [`PLANES`] rows of a point's entries, at [`PLANES`] times its offset.
